@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// A message size that means: the sender has an error.
+/// Value sent in place of a message size if the sender has an error.
 constexpr std::int64_t failed = -1;
 
 class MpiRanks final : public Ranks {
@@ -60,14 +60,15 @@ class MpiRanks final : public Ranks {
         }
         try {
             return moved(std::move(*to), coming);
-        } catch (const std::exception& error) {  // the other ranks already wait for messages of this one
+        } catch (const std::exception& error) {  // reported below, because the other ranks already wait for messages of
+                                                 // this one
             std::fprintf(stderr, "camber: rank %d of %d: %s in an exchange\n", rank_, size_, error.what());
             MPI_Abort(ranks_, 4);
         }
         return fail(ErrorKind::internal, "the ranks were to end");
     }
 
-    /// Broadcasts the error of rank `failing` to all ranks.
+    /// Returns the error of rank `failing`, which is broadcast to all ranks.
     [[nodiscard]] Error error_of(int failing, const Outcome<std::vector<Bytes>>& own) {
         Bytes bytes;
         if (failing == rank_) bytes = packed(own.error());
@@ -78,7 +79,6 @@ class MpiRanks final : public Ranks {
         return unpacked_error(bytes);
     }
 
-    /// Divides a message into pieces; calls begin(offset, size) for each.
     template <class Begin>
     void in_pieces(std::size_t bytes, const Begin& begin) const {
         for (std::size_t at = 0; at < bytes; at += options_.largest_message)
@@ -99,7 +99,8 @@ class MpiRanks final : public Ranks {
                           &requests.emplace_back());
             });
         }
-        for (std::size_t step = 1; step < size(); ++step) {  // else all ranks would send to rank 0 at once
+        for (std::size_t step = 1; step < size(); ++step) {  // each rank begins with another destination; otherwise all
+                                                             // would send to rank 0 at once
             const std::size_t r = (rank() + step) % size();
             in_pieces(to[r].size(), [&](std::size_t at, int bytes) {
                 MPI_Isend(to[r].data() + at, bytes, MPI_BYTE, static_cast<int>(r), 0, ranks_, &requests.emplace_back());

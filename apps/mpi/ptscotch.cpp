@@ -1,6 +1,6 @@
 module;
 #include <cstdio>
-// Both headers use FILE of stdio.h.
+// Needed by scotch.h and ptscotch.h, which use FILE.
 #include <mpi.h>
 #include <scotch.h>
 // ptscotch.h requires that scotch.h is included before.
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int done = 0;
 
-/// Own communicator: Scotch's messages cannot be mixed with others.
+/// A separate communicator, so that Scotch's messages are not mixed with others.
 struct Communicator {
     Communicator() { MPI_Comm_dup(MPI_COMM_WORLD, &own); }
     Communicator(const Communicator&) = delete;

@@ -1,4 +1,4 @@
-/// Passes that adapt a straight or quadratic mesh to a metric (split, collapse, swap, smooth, mend), and the paper's
+/// Passes that adapt a straight or quadratic mesh to a metric: split, collapse, swap, smooth, mend. Also the paper's
 /// global algorithm, which reinserts every vertex.
 export module camber.adapt;
 export import :cone_shapes;

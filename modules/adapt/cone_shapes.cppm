@@ -1,4 +1,4 @@
-// Shapes (qualities of simplices) of the straight and curved elements of a star.
+// Shapes of the straight and curved elements of a star. The shape of a simplex is a measure of its quality.
 module;
 #include <algorithm>
 #include <array>
@@ -31,7 +31,8 @@ template <int D>
     return {r.mesh.points[v], &r.vertices.metrics[v], r.vertices.gradients.empty() ? nullptr : &r.vertices.gradients[v],
             r.mesh.states[v].place};
 }
-/// Sum of the squared lengths of an edge in the metrics of both ends; degree 2: twice the squared length of the curve.
+/// Degree 1: sum of the squared lengths of an edge in the metrics of both ends. Degree 2: twice the squared length of
+/// the curve.
 template <int D>
 [[nodiscard]] double squares_between(const Adaptation<D>& r, const VertexMetric<D>& a, const VertexMetric<D>& b,
                                      const Vec<D>& chord, const Vec<D>& offset) {
@@ -39,14 +40,12 @@ template <int D>
     const double length = quadratic_edge_length<D>(end_of(a), end_of(b), chord, offset);
     return 2 * length * length;
 }
-/// `squares_between` the ends of an edge in a quadratic mesh.
 template <int D>
 [[nodiscard]] double squares_of(const Adaptation<D>& r, EdgeId edge) {
     const double length = length_of(r, edge);
     return 2 * length * length;
 }
 
-/// Prefetches edges of elements, because this data is scattered in memory.
 template <int D>
 void fetch_edges_ahead(const Adaptation<D>& r, std::span<const ElementId> elements) {
     if (!r.mesh.is_curved()) return;
@@ -58,15 +57,14 @@ void fetch_edges_ahead(const Adaptation<D>& r, std::span<const ElementId> elemen
         }
 }
 
-/// Stack memory that suffices for most candidates.
 template <std::size_t Bytes>
 struct StackMemory {
     alignas(std::max_align_t) std::array<std::byte, Bytes> bytes;
     std::pmr::monotonic_buffer_resource memory{bytes.data(), bytes.size()};
 };
 
-/// Edges from a point to vertices: straight, or in degree 2 by `bent_edges`, as in the star. Likely boundary edges are
-/// chords.
+/// Edges from a point to vertices. Degree 1: straight. Degree 2: bent by `bent_edges`, as in the star. An edge between
+/// two points of the boundary may be a boundary edge, so it is a chord.
 template <int D>
 class BentSpokes {
   public:
@@ -105,8 +103,8 @@ class BentSpokes {
         for (double& length : std::span(squares_).last(added)) length *= 2 * length;
         straighten_boundary(first);
     }
-    /// In degree 2, takes the mesh's edges instead, one for each vertex. Likely boundary edges are chords here too, so
-    /// that all positions are compared alike.
+    /// Takes existing edges of the mesh, one for each vertex. Degree 2: as in `bend`, edges that may be on the boundary
+    /// become chords, so that all positions are compared alike.
     void take_edges(std::span<const EdgeId> edges) {
         squares_.assign(to_.size(), unknown);
         if (!r_.mesh.is_curved()) return;
@@ -118,7 +116,7 @@ class BentSpokes {
         straighten_boundary(0);
     }
 
-    /// True if 4 times each offset is at most 0.3 of the edge's length in the point's metric.
+    /// True if, for each edge, 4 times the offset is at most 0.3 times the edge's length, in the point's metric.
     [[nodiscard]] bool are_nearly_straight() {
         if (!r_.mesh.is_curved()) return true;
         constexpr double little = 0.3;
@@ -127,8 +125,8 @@ class BentSpokes {
                 return false;
         return true;
     }
-    /// Moves the point and preserves the offsets: nearly exact for small moves, and much cheaper. The caller must set
-    /// the chords again.
+    /// Moves the point without a change of the offsets. This is nearly exact for small moves, and much cheaper. The
+    /// caller must then call `put_chord` for each edge.
     void move(const ConePoint<D>& point) {
         point_ = point;
         has_stored_ = true;
@@ -136,7 +134,7 @@ class BentSpokes {
     }
     void put_chord(std::size_t i, const Vec<D>& place) { chords_[i] = place - point_.place; }
 
-    /// Degree 2: stores the edges in a request, except likely boundary edges.
+    /// Degree 2: stores the edges in a request, except those that may be on the boundary.
     void set_edges(CavityRequest<D>& request) const {
         if (!r_.mesh.is_curved()) return;
         request.bent.reserve(to_.size());
@@ -149,12 +147,12 @@ class BentSpokes {
 
     [[nodiscard]] const ConePoint<D>& point() const { return point_; }
     [[nodiscard]] double density_root() const { return point_.metric->measure.density_root; }
-    /// Tangents at the point and (`tangent_back`) at the vertex. A straight edge's tangent is the chord.
+    /// Tangent of edge i at the point (`tangent`) or at the vertex (`tangent_back`), of the length of the chord if the
+    /// edge is straight.
     [[nodiscard]] Vec<D> tangent(std::size_t i) const {
         return r_.mesh.is_curved() ? chords_[i] + 4.0 * offsets_[i] : chords_[i];
     }
     [[nodiscard]] Vec<D> tangent_back(std::size_t i) const { return 4.0 * offsets_[i] - chords_[i]; }
-    /// See `squares_between`.
     [[nodiscard]] double squares(std::size_t i) {
         if (squares_[i] != unknown) return squares_[i];
         const VertexMetric<D>& there = *to_[i].metric;
@@ -202,11 +200,11 @@ class BentSpokes {
     std::pmr::vector<Vec<D>> chords_{&stack_memory_.memory}, offsets_{&stack_memory_.memory};
     std::pmr::vector<EndSamples<D>> ends_{&stack_memory_.memory};
     std::pmr::vector<double> squares_{&stack_memory_.memory};
-    bool has_stored_ = false;  ///< offsets were computed for another position
+    bool has_stored_ = false;  ///< the offsets were computed for another position of the point
 };
 
-/// Shape of a quadratic simplex as in `ConeShapes`. `tangents[i][j]`: tangent at vertex i towards j. `density`: product
-/// of the vertices' density roots. `squares`: sum of `squares_between` over the edges.
+/// Shape of a quadratic simplex as in `ConeShapes`. `tangents[i][j]`: tangent at vertex i of the edge to vertex j.
+/// `density`: product of `density_root` over the vertices. `squares`: sum of `squares_between` over the edges.
 template <int D>
 [[nodiscard]] double bent_shape(const std::array<std::array<Vec<D>, D + 1>, D + 1>& tangents, double density,
                                 double squares) {
@@ -224,15 +222,15 @@ template <int D>
     return 6 * std::sqrt(12.0) * measure * density / (squares * std::sqrt(squares));
 }
 
-/// Shapes of the simplices that join faces to one point: `metric_shape`, with curved edges in degree 2. Data of the
-/// faces is computed once, so another position costs little more than volumes and new lengths. In a face's element, the
-/// point replaces the opposite vertex. On a standalone surface, edges of triangles are joined to the point; a triangle
-/// that turns too far has shape 0.
+/// Shapes of the simplices that join faces to one point, which replaces the opposite vertex in an element at each face.
+/// The shape is `metric_shape`, for curved edges in degree 2. Data of the faces is computed once, so another position
+/// of the point costs little more than volumes and lengths. On a standalone surface, edges of triangles are joined to
+/// the point; a triangle that turns too far from the existing one has shape 0.
 template <int D>
 class ConeShapes {
   public:
     ConeShapes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), spokes_(r, goal) {
-        // These capacities suffice for most vertices: growing vectors would cost as much as the computation.
+        // The capacities suffice for most vertices. Growing vectors would cost as much as the computation.
         faces_.reserve(usual_faces);
         vertices_.reserve(usual_vertices);
         vertex_ids_.reserve(usual_vertices);
@@ -256,7 +254,7 @@ class ConeShapes {
         faces_.push_back(face);
     }
 
-    /// A vertex, and the number of its faces.
+    /// A vertex of the faces. `faces`: number of faces that contain it.
     struct Corner {
         VertexId vertex;
         std::uint32_t faces = 0;
@@ -265,23 +263,24 @@ class ConeShapes {
     };
     [[nodiscard]] std::span<const Corner> vertices() const { return vertices_; }
 
-    /// Sets the point. Its metric and gradient must outlive the use.
+    /// Sets the point. Its metric and gradient must exist as long as this object uses them.
     void place(const ConePoint<D>& point) {
         begin_at(point);
         spokes_.bend();
     }
-    /// Sets the point to the vertex opposite all faces, with the mesh's edges.
+    /// Sets the point to `v`, the vertex opposite all faces, with the edges of the mesh.
     void place_at(VertexId v) {
         begin_at(cone_point(r_, v));
         spokes_.take_edges(edges_);
         is_nearly_straight_ = spokes_.are_nearly_straight();
     }
-    /// Worst shape for the point at `v`, computed as for nearby positions.
+    /// Worst shape if the point is at `v`. The computation is the same as for positions near `v`.
     [[nodiscard]] double worst_shape(VertexId v) {
         if (is_nearly_straight_) place_near(cone_point(r_, v));
         return worst(0);
     }
-    /// Precondition: `place_at`. Moves the point. If edges bend little, their offsets do not change, which is cheap.
+    /// Moves the point to a position near the vertex of `place_at`, which must have been called. If the edges bend
+    /// little, their offsets do not change, which is cheap.
     void place_near(const ConePoint<D>& point) {
         if (!is_nearly_straight_) return place(point);
         spokes_.move(point);
@@ -290,11 +289,11 @@ class ConeShapes {
     [[nodiscard]] double length_to(std::size_t i) { return spokes_.length(i); }
     [[nodiscard]] Vec<D> tangent_to(std::size_t i) const { return spokes_.tangent(i); }
 
-    /// Returns the worst shape if it exceeds `least`, otherwise some value that does not. Ignores faces with vertex
-    /// `without`; returns 0 if no face remains.
+    /// Returns the worst shape if it exceeds `least`, otherwise a value that does not exceed `least`. Ignores faces
+    /// that contain `without`; returns 0 if no face remains.
     [[nodiscard]] double worst(double least, VertexId without = {}) {
         if (const double first = first_shape(without); least >= 0 && !(first > least)) return first;
-        // Volumes are cheap and exclude most bad positions.
+        // Volumes are cheap to compute and exclude most bad positions.
         for (Face& face : faces_) {
             face.counts = !contains(face, without);
             if (!face.counts) continue;
@@ -315,8 +314,8 @@ class ConeShapes {
     }
 
     void begin_with(std::size_t i) { std::swap(faces_[i], faces_.front()); }
-    /// Shape of the first face with the point nearby (`place_near`); not for standalone surfaces. Infinite if edges
-    /// bend too much for an estimate. The caller must set the point again.
+    /// Shape of the first face for a position of the point near the vertex of `place_at`; not for standalone surfaces.
+    /// Infinite if the edges bend too much for an estimate. The caller must set the point again.
     [[nodiscard]] double first_shape_near(const ConePoint<D>& point) {
         Face& face = faces_.front();
         if (r_.mesh.is_curved()) {
@@ -340,12 +339,13 @@ class ConeShapes {
     static constexpr double unknown = -1;
     static constexpr int face_edges = edges_per_simplex<D - 1>;
     struct Face {
-        std::array<std::uint32_t, D> corners{};  ///< indices in `vertices_`, outward; standalone surface: two vertices
+        std::array<std::uint32_t, D> corners{};  ///< indices in `vertices_` in outward order; standalone surface: the
+                                                 ///< two ends of an edge
         std::array<Vec<D>, face_edges> offsets{};
         double measure = 0;
-        double squares = unknown;  ///< sum over the face's edges
+        double squares = unknown;  ///< sum of `squares_between` over the face's edges
         bool counts = true;
-        Vec<D> normal{};  ///< standalone surface: of the existing triangle
+        Vec<D> normal{};  ///< standalone surface: normal of the existing triangle
     };
 
     void add_edge(const std::array<VertexId, 3>& triangle, int opposite)
@@ -414,7 +414,8 @@ class ConeShapes {
         for (const std::uint32_t c : face.corners) found |= vertices_[c].vertex == v;
         return found;
     }
-    /// D! times the volume. Degree 2: mean of the Jacobians at the corners; 0 if one is not positive.
+    /// Degree 1: D! times the volume of the simplex. Degree 2: mean of det J at the corners; 0 if det J is not positive
+    /// at a corner.
     [[nodiscard]] double measure(const Face& face) const {
         if constexpr (D == 3)
             if (r_.mesh.is_surface()) return area(face);
@@ -425,7 +426,8 @@ class ConeShapes {
         double sum = at_point;
         for (int i = 0; i < D; ++i) {
             const Vec<D>& from = vertices_[face.corners[i]].place;
-            // Column i is the tangent back to the point, which changes the sign.
+            // Column i is the tangent at the corner towards the point. It replaces a tangent from the point, which
+            // changes the sign.
             for (int j = 0; j < D; ++j)
                 sides.column[j] = i == j ? spokes_.tangent_back(face.corners[i])
                                          : vertices_[face.corners[j]].place - from + 4.0 * offset(face, i, j);
@@ -435,7 +437,7 @@ class ConeShapes {
         }
         return sum / (D + 1);
     }
-    /// Twice the area; 0 if the triangle turns too far.
+    /// Standalone surface: twice the area of the triangle; 0 if it turns too far.
     [[nodiscard]] double area(const Face& face) const
         requires(D == 3)
     {
@@ -451,16 +453,13 @@ class ConeShapes {
         return triangle_shape({spokes_.point().place, a.place, b.place},
                               {&spokes_.point().metric->measure, &a.metric->measure, &b.metric->measure});
     }
-    /// Shape of the first face; infinite if the face is ignored.
     [[nodiscard]] double first_shape(VertexId without) {
         if (faces_.empty() || contains(faces_.front(), without)) return std::numeric_limits<double>::infinity();
         Face& face = faces_.front();
         face.measure = measure(face);
         return face.measure > 0 ? shape(face) : 0;
     }
-    /// A face that rejects one position often rejects the next.
     void move_to_front(Face& face) { std::swap(face, faces_.front()); }
-    /// The sum is computed per face, which is cheaper than finding shared edges.
     [[nodiscard]] double squares_around(Face& face) {
         if (face.squares != unknown) return face.squares;
         face.squares = 0;
@@ -499,12 +498,13 @@ class ConeShapes {
     std::size_t placed_ = 0;
     bool is_nearly_straight_ = false;
     std::pmr::vector<VertexId> vertex_ids_{&stack_memory_.memory};
-    /// Degree 2: edges from the vertices to the vertex opposite their last face.
+    /// Degree 2: for each vertex, an existing edge from it to the vertex that the point replaces.
     std::pmr::vector<EdgeId> edges_{&stack_memory_.memory};
     BentSpokes<D> spokes_;
 };
 
-/// Minimum of the old shape in ratios of new to old shapes: an almost inverted element has little value, but not none.
+/// Lower limit of the old shape in a ratio of new to old shape. An almost inverted old element must not make the ratio
+/// too large.
 inline constexpr double least_bent_shape = 1e-3;
 
 template <int D>
@@ -525,8 +525,8 @@ template <int D>
     return bent_shape<D>(tangents, density, squares);
 }
 
-/// Returns the vertex into which `v` may collapse (`may_collapse`) with the best worst shape; invalid if that is at
-/// most `least`. `around`: cavity of `v`.
+/// Returns the vertex into which `v` may collapse (`may_collapse`) and for which the worst new shape is largest.
+/// Invalid if no worst new shape exceeds `least`. `around`: cavity of `v`.
 template <int D>
 [[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Cavity<D>& around,
                                       VertexId v, double least) {

@@ -1,4 +1,5 @@
-// Example of camber.adapt: adapts a square to a metric with sizes of 0.01 across its middle and 0.1 along it.
+// Example of camber.adapt: adapts a square to a metric. The metric requests size 0.01 across the square's middle, and
+// 0.1 along it.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -14,7 +15,6 @@ import camber.adapt;
 
 using namespace camber;
 
-/// Square of n by n cells. Its vertices sample the metric.
 static LinearMesh<2> square(std::size_t n) {
     Buffer<Vec<2>> points((n + 1) * (n + 1));
     for (std::size_t v = 0; v < points.size(); ++v) {

@@ -56,7 +56,7 @@ class Snaps final : public Pass<D> {
         sample_field(r, goal_, r.vertices.metrics[v].back, request);
         candidate.limits.min_shape = shape_of_quality(min_quality, D);
         candidate.limits.below_minimum = BelowMinimum::accepted_if_no_worse;
-        candidate.limits.facet_cosine = 0.2;  // existing facets may be inaccurate
+        candidate.limits.facet_cosine = 0.2;  // existing facets may approximate the surface badly
         candidate.limits.corrections = 16;
         return candidate;
     }
@@ -71,7 +71,7 @@ template <int D>
 Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<D>& goal, const Execution& execution) {
     PassStatistics all;
     if (!goal.geometry) return all;
-    constexpr int max_turns = 8;  // a move may allow neighbours to move farther
+    constexpr int max_turns = 8;  // after a move, neighbours may be able to move farther
     Snaps<D> pass(goal);
     for (int turn = 0; turn < max_turns && !r.off_geometry.empty(); ++turn) {
         const Buffer<VertexId> off_geometry = take(std::exchange(r.off_geometry, {}));
@@ -92,16 +92,19 @@ Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<
 
 namespace {
 
-/// Operations that bring a facet nearer to the geometry. `snap`: a corner moves onto the geometry. `remove`: a corner
-/// off the geometry collapses. `clear`: any corner collapses. `split`, `swap`: an edge is split or swapped.
+/// Operations that bring a facet nearer to the geometry:
+/// - `snap`: a corner moves onto the geometry.
+/// - `remove`: a corner off the geometry collapses.
+/// - `clear`: any corner collapses.
+/// - `split`, `swap`: an edge is split or swapped.
 enum class Approach { snap, remove, clear, split, swap };
 
-/// Limits of operations on far facets, which are relaxed if there is no progress.
+/// Limits of operations on far facets, relaxed if a round makes no progress.
 struct Concessions {
-    TwoFacetElements walls = TwoFacetElements::refused;  ///< policy for two-facet elements
-    double min_quality = 0;                              ///< of new elements, unless removed ones are worse
-    double shortest_part = 0.3;                          ///< minimum length of new edges relative to the split edge
-    bool is_last = false;                                ///< no further relaxation follows
+    TwoFacetElements walls = TwoFacetElements::refused;
+    double min_quality = 0;      ///< minimum quality of new elements, unless removed ones are worse
+    double shortest_part = 0.3;  ///< minimum length of new edges relative to the split edge
+    bool is_last = false;        ///< the limits cannot be relaxed further
     double shortest = 0;
 };
 
@@ -142,9 +145,9 @@ class FarFacets final : public Pass<D> {
         }
         return refused;
     }
-    /// Facets that are still too far become tasks of the next round.
     void follow(Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
-    /// Sums the far facets' shares of their bounds (`bound_shares`), weighted by area (2D: length). Errors: stopped.
+    /// Sums, over the far facets, distance divided by bound (`bound_shares`), weighted by area (2D: length). Errors:
+    /// stopped.
     [[nodiscard]] Outcome<FarFacetsSum> sum(const Adaptation<D>& r, const Execution& execution) const {
         return reduce_each(
             execution, r.mesh.facets.size(), FarFacetsSum{},
@@ -169,8 +172,8 @@ class FarFacets final : public Pass<D> {
         if (!is_judged(r, f)) return;
         if (const double share = bound_shares(r, goal_, f).largest(); share > 1) tasks.push_back(task(-share, f));
     }
-    /// Edges that are too far, the farthest first, then the other edges, the longest first. The other edges help if
-    /// only the facet's middle is too far.
+    /// Edges beyond the bound, the farthest first, then the others, the longest first. The others help if only the
+    /// facet's middle is too far.
     [[nodiscard]] static std::array<EdgeId, edges_per_simplex<D - 1>> edges_to_try(const Adaptation<D>& r, FacetId f,
                                                                                    const BoundShares<D>& shares) {
         struct Choice {
@@ -189,7 +192,6 @@ class FarFacets final : public Pass<D> {
         for (std::size_t e = 0; e < edges.size(); ++e) edges[e] = choices[e].edge;
         return edges;
     }
-    /// Moves a corner of the facet onto the geometry, or collapses it.
     [[nodiscard]] std::optional<Candidate<D>> vertex_of(const Adaptation<D>& r, FacetId f) const {
         for (const VertexId v : r.mesh.facets.vertices[f]) {
             const VertexState& state = r.mesh.states[v];
@@ -218,7 +220,7 @@ class FarFacets final : public Pass<D> {
         }
         return {};
     }
-    /// Collapses a corner that may conflict with splits and swaps; later splits insert other vertices.
+    /// Collapses a corner that may conflict with splits and swaps. Later splits insert other vertices.
     [[nodiscard]] std::optional<Candidate<D>> corner_of(const Adaptation<D>& r, FacetId f) const {
         for (const VertexId v : r.mesh.facets.vertices[f]) {
             const VertexState& state = r.mesh.states[v];
@@ -238,7 +240,6 @@ class FarFacets final : public Pass<D> {
         }
         return {};
     }
-    /// New edges are not much shorter than half of the split edge.
     [[nodiscard]] std::optional<Candidate<D>> split_of(const Adaptation<D>& r, EdgeId edge) const {
         const double shortest =
             std::max(may_.shortest, std::min(options_.shortest, may_.shortest_part * length_of(r, edge)));
@@ -283,8 +284,8 @@ class FarFacets final : public Pass<D> {
         }
     }
 
-    /// True if the normals of both new facets are near the surface normals, on the side of the more accurate old facet.
-    /// The other old facet is then ignored.
+    /// True if the normals of both new facets are near those of the surface, or near their opposites if this holds for
+    /// the more accurate old facet.
     [[nodiscard]] bool follows_surface(const Adaptation<D>& r, const Cavity<D>& cavity,
                                        const std::array<VertexId, 2>& ends) const
         requires(D == 3)
@@ -295,7 +296,7 @@ class FarFacets final : public Pass<D> {
             const auto& vertices = r.mesh.facets.vertices[f];
             return *std::ranges::find_if(vertices, [&](VertexId v) { return v != ends[0] && v != ends[1]; });
         };
-        /// Minimum cosine between facet and surface normals, signed by the order of corners.
+        /// Minimum cosine between the normals of facet and surface. Its sign depends on the order of corners.
         const auto along = [&](const std::array<Vec<3>, 3>& corners) {
             const FacetSite<3> site{{}, r.mesh.facets.references[cavity.facets[0]], corners};
             const auto normals = (*goal_.geometry)->normals_at(site);
@@ -319,7 +320,7 @@ class FarFacets final : public Pass<D> {
     }
 
     static constexpr double any_cosine = -2;
-    static constexpr double least_cosine = 0;  ///< existing facets may be inaccurate
+    static constexpr double least_cosine = 0;  ///< existing facets may approximate the surface badly
     const AdaptationGoal<D>& goal_;
     const SplitOptions& options_;
     Approach approach_;
@@ -371,8 +372,9 @@ Outcome<RemeshResult<D>> refine_within_bounds(Adaptation<D> state, const Adaptat
             return FarFacets<D>(goal, options.split, Approach::split, may).sum(out.state, execution);
         });
         if (!sum) return fail(sum.error());
-        // Each round should halve edges. If the excess does not decrease, straight meshes may get two-facet elements;
-        // the next time, elements need only be valid. After that the loop ends, because smaller facets do not help.
+        // Each round should halve edges. If the excess does not decrease, the limits are relaxed: first, straight
+        // meshes may get two-facet elements, then elements need only be valid. If it still does not decrease, the loop
+        // ends, because smaller facets do not help.
         constexpr double least_progress = 0.9, shortest_part = 0.1;
         const bool stays = sum->excess > least_progress * excess;
         if (sum->count == 0 || (stays && may.is_last)) break;

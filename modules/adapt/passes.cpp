@@ -20,8 +20,8 @@ namespace camber {
 
 namespace {
 
-/// Parameter t of an edge's middle by metric length, at which ∫_0^t a^(1−s) b^s ds is half of ∫_0^1. `a`, `b`: lengths
-/// in the metrics of the ends.
+/// Returns the parameter t in [0, 1] that halves the metric length of an edge: ∫_0^t a^(1−s) b^s ds = ½ ∫_0^1 a^(1−s)
+/// b^s ds. `a`, `b`: lengths of the edge in the metrics of its ends.
 double half_of_length(double a, double b) {
     const double log_ratio = log(b / a);
     if (!std::isfinite(log_ratio) || std::abs(log_ratio) < 1e-6) return 0.5;
@@ -44,16 +44,17 @@ class Splits final : public Pass<D> {
         if (candidate && candidate->request.cavity.facets.empty()) candidate.reset();
         return candidate;
     }
-    [[nodiscard]] static bool is_cached_rejection(const Adaptation<D>&, EdgeId) { return false; }  // rejections are not cached:
-                                                                                                   // cavities extend far
+    [[nodiscard]] static bool is_cached_rejection(const Adaptation<D>&, EdgeId) {
+        return false;
+    }  // no cache, because the cavity of a split may contain distant elements
     void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
 
   private:
-    /// Splits of edges longer than 2 may create short edges, and of edges longer than 4, flat elements. Collapses and
-    /// swaps repair these, but nothing else repairs a long edge. A point that does not reach the geometry justifies no
-    /// flat element.
+    /// A split of an edge longer than 2 may create short edges; if longer than 4, also flat elements. Collapses and
+    /// swaps repair these, but only splits repair a long edge. Flat elements are not accepted for a point that does not
+    /// reach the geometry.
     [[nodiscard]] SplitLimits limits_of(double length, double share) const {
         constexpr double max_overlength = 2;
         SplitLimits limits{options_.shortest, options_.min_quality};
@@ -99,13 +100,15 @@ std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const Adapta
     }
     request.share = share;
     const SurfacePoint<D> foot = on_geometry_at_edge(goal, r.mesh, edge, request.cavity.facets, request.place);
-    if (share < 1 && foot.point == request.place) return {};  // the point is on the geometry already
+    if (share < 1 && foot.point == request.place)
+        return {};  // a shorter way changes nothing: the point is on the
+                    // geometry
     request.place += share * (foot.point - request.place);
     request.geometry_position = place_after(share, foot);
     if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
     sample_field(r, goal, r.vertices.metrics[a].back, request);
     request.fixed_element_count = request.cavity.elements.size();
-    // The vertices of these elements remain in any cavity, so a vertex too near rejects the split at once.
+    // All cavities contain these elements. If one of their vertices is too near, the split is rejected at once.
     const ConePoint<D> point{request.place, &request.metric, &request.gradient,
                              request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
     BentSpokes<D> spokes(r, goal);
@@ -144,7 +147,8 @@ class Collapses final : public Pass<D> {
         const EdgeId edge(std::size_t{task.id});
         if (r.mesh.is_free(edge) || !(length_of(r, edge) < options_.shortest)) return {};
         const auto& [a, b] = r.mesh.edges[edge];
-        // Collapses to the end with the better worst element. An end without too long edges is preferred.
+        // Collapses the edge to the end with the better worst shape. An end with too long new edges is only second
+        // choice.
         std::optional<Candidate<D>> best;
         double best_shape = 0;
         ConeShapes<D> cones(r, goal_);
@@ -219,8 +223,8 @@ Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
 
 namespace {
 
-/// Collapses vertices of bad elements if the worst element improves, and vertices that cannot reach the geometry if no
-/// element gets worse. Swaps and moves cannot remove a superfluous vertex.
+/// Collapses superfluous vertices, which swaps and moves cannot remove: vertices of bad elements, if the worst element
+/// improves, and vertices that cannot reach the geometry, if no element gets worse.
 template <int D>
 class Removals final : public Pass<D> {
   public:
@@ -261,14 +265,14 @@ class Removals final : public Pass<D> {
         if (is_off_geometry) {
             limits.min_shape = shape_of_quality(min_quality, D);
             limits.below_minimum = BelowMinimum::accepted_if_no_worse;
-            limits.facet_cosine = 0.2;  // existing facets may be inaccurate
+            limits.facet_cosine = 0.2;  // existing facets may approximate the surface badly
         }
         limits.longest = 2 * longest_unit_edge;
         limits.corrections = 0;
         limits.two_facet_elements = TwoFacetElements::refused;
         limits.facet_distance = 0.2;  // as in `CollapseOptions`
-        // Estimates are exact for straight elements and approximate for curved ones. Candidates with worse estimates
-        // are not planned.
+        // Shapes are exact for straight elements, and estimates for curved ones. Candidates below this limit are not
+        // planned.
         const double nearly = r.mesh.is_curved() ? 0.7 : 1;
         const double least = is_off_geometry ? 0 : nearly * std::max(limits.min_shape, 0.0);
         const VertexId into = best_neighbour(r, goal_, request.cavity, v, least);
@@ -305,7 +309,7 @@ class Removals final : public Pass<D> {
 
     const AdaptationGoal<D>& goal_;
     double target_shape_;
-    std::vector<VertexId> off_geometry_;  ///< sorted
+    std::vector<VertexId> off_geometry_;
 };
 
 template <int D>
@@ -382,8 +386,8 @@ class PassSequence {
 
 bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
                    double min_change) {
-    const auto vertices = static_cast<double>(after.edges) / 7;  // for tetrahedra; a vertex of triangles has fewer
-                                                                 // edges
+    const auto vertices = static_cast<double>(after.edges) / 7;  // a vertex has about 7 edges in tetrahedra, and fewer
+                                                                 // in triangles
     return after.unit_share() - before.unit_share() < min_change &&
            static_cast<double>(changed_vertices) < min_change * vertices;
 }

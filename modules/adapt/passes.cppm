@@ -20,13 +20,13 @@ struct Adapted {
     PassStatistics statistics;
 };
 
-/// Splits edges longer than `longest` at the middle by metric length, the longest first.
+/// Splits edges longer than `longest` in halves of equal metric length. The longest edge is first.
 struct SplitOptions {
     double longest = longest_unit_edge;
-    /// Minimum length of new edges, times (2/length)² for an edge longer than 2. Collapses repair short edges, but
-    /// nothing else repairs long ones.
+    /// Minimum length of new edges. For an edge longer than 2, it is multiplied by (2/length)², because collapses
+    /// repair short edges, but only splits repair long ones.
     double shortest = 0.61;
-    /// Minimum quality of new elements, unless removed ones are worse; at most 0.02 for edges longer than 4.
+    /// Minimum quality of new elements, unless removed ones are worse. For edges longer than 4, at most 0.02.
     double min_quality = 0.05;
 
     [[nodiscard]] static constexpr auto options() {
@@ -50,14 +50,14 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
                                         const Execution& execution);
 
-/// Collapses edges shorter than `shortest`, the shortest first. Edges slightly longer than 1 may remain, so that the
-/// mean length is 1.
+/// Collapses edges shorter than `shortest`. The shortest edge is first. The default leaves a mean length of about 1,
+/// because edges slightly longer than 1 remain, too.
 struct CollapseOptions {
     double shortest = 0.73;
     double longest = longest_unit_edge;
-    double min_quality = 0.1;            ///< of new elements, unless removed ones are worse
-    double distance = 0.2;               ///< of new facets, see `distance_from_geometry`
-    int bend_around = 0;                 ///< degree 2, see `PatchLimits`
+    double min_quality = 0.1;  ///< minimum quality of new elements, unless removed ones are worse
+    double distance = 0.2;     ///< limit of `distance_from_geometry` for new facets
+    int bend_around = 0;       ///< degree 2, see `PatchLimits::bend_around`
 
     [[nodiscard]] static constexpr auto options() {
         using S = CollapseOptions;
@@ -87,12 +87,12 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                            const CollapseOptions& options, const Execution& execution);
 
-/// Swaps edges and faces of elements below the target quality. The outer faces of the removed elements are joined to
-/// the vertex that improves the worst element most.
+/// Swaps edges and faces of elements below the target quality: joins the elements at the edge or face to the vertex for
+/// which the worst element improves most.
 struct SwapOptions {
     double target_quality = 0.7;
-    double gain = 1.02;     ///< minimum ratio of worst qualities, after to before
-    double distance = 0.2;  ///< of new facets, see `distance_from_geometry`
+    double gain = 1.02;     ///< minimum ratio of the worst quality after a swap to that before
+    double distance = 0.2;  ///< limit of `distance_from_geometry` for new facets
 
     [[nodiscard]] static constexpr auto options() {
         using S = SwapOptions;
@@ -114,15 +114,16 @@ template <int D>
                                        const Execution& execution);
 
 enum class SmoothedNodes : std::uint8_t {
-    objective,   ///< nodes move with vertices, to the goal's positions of new edges
-    distortion,  ///< nodes then also move to reduce distortion, see `smooth_nodes`
+    objective,   ///< nodes of edges at a moved vertex get the positions that the goal gives to new edges
+    distortion,  ///< nodes also move to reduce distortion, see `smooth_nodes`
 };
 [[nodiscard]] constexpr auto words(SmoothedNodes) {
     return words_of(Word{SmoothedNodes::objective, "objective"}, Word{SmoothedNodes::distortion, "distortion"});
 }
 
-/// Moves vertices so that edge lengths approach 1 and the worst element improves; boundary vertices along the geometry
-/// or, without one, along planes and straight lines. First moves vertices onto the geometry.
+/// Moves vertices so that edge lengths approach 1 and the worst element improves. Boundary vertices move along the
+/// geometry or, without one, along planes and straight lines. First, `snap_to_geometry` moves vertices onto the
+/// geometry.
 struct SmoothOptions {
     double target_quality = 0.8;
     double gain = 1.01;
@@ -150,7 +151,7 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                          const SmoothOptions& options, const Execution& execution);
 
-/// Sweeps of swaps, moves and removals of vertices for bad elements only.
+/// Sweeps over bad elements only. A sweep swaps, moves and removes vertices.
 struct MendOptions {
     double target_quality = 0.5;
     int sweeps = 4;
@@ -169,10 +170,10 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
                                        const Execution& execution);
 
-/// Rounds of collapse, split, swap and smooth, then mending of bad elements. Rounds before the last use looser lengths.
-/// Their collapses may create longer edges, which splits halve: with a limit of √2 most short edges would stay. Their
-/// splits leave slightly long edges, since most get shorter anyway and their halves would lower the mean length below
-/// 1. Splits also avoid edges that a collapse would remove.
+/// Rounds of collapse, split, swap and smooth, then mending of bad elements. Rounds before the last use looser lengths:
+/// - Collapses may create longer edges, which splits then halve. With a limit of √2, most short edges would stay.
+/// - Splits leave slightly long edges. Most get shorter anyway, and their halves would lower the mean length below 1.
+/// - Splits do not create edges that a collapse would remove.
 struct ToMetricOptions {
     double early_collapse_longest = 2;
     double early_split_longest = 1.55;
@@ -231,7 +232,7 @@ struct RemeshResult {
     ToMetricStatistics statistics;
 };
 
-/// Adapts a mesh of degree 1 or 2 to a metric. Errors: options out of range, those of the passes.
+/// Errors: options out of range, those of the passes.
 template <int D>
 [[nodiscard]] Outcome<RemeshResult<D>> remesh_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                         const ToMetricOptions& options, const StepWrapper& around);
@@ -241,13 +242,13 @@ template <int D>
     return remesh_to_metric(std::move(state), goal, options, without_wrapper(execution));
 }
 
-/// Operations to meet distance bounds: any, or only those near the metric. With `near_metric`, edges are halved once,
-/// and no element gets worse than quality 0.2.
+/// Operations allowed to meet distance bounds. `any`: no restriction. `near_metric`: edges are halved once, and no
+/// element gets worse than quality 0.2.
 enum class BoundaryEffort : std::uint8_t { any, near_metric };
 
-/// Refines the boundary until every facet meets the goal's `distance_bounds`. Each round splits and swaps far facets,
-/// then swaps, smooths and mends within the bounds. Ends early without progress, or after `max_bound_rounds`. Lengths
-/// in `statistics` are not set. Errors: options out of range, those of the passes.
+/// Refines the boundary until every facet meets the goal's `distance_bounds`. Each round splits and swaps facets beyond
+/// their bounds, then swaps, smooths and mends all elements within the bounds. Ends early without progress, or after
+/// `max_bound_rounds`. Does not set the lengths in `statistics`. Errors: options out of range, those of the passes.
 template <int D>
 [[nodiscard]] Outcome<RemeshResult<D>> refine_to_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                         const ToMetricOptions& options, BoundaryEffort effort,
@@ -259,16 +260,16 @@ template <int D>
 [[nodiscard]] Outcome<std::size_t> count_far_facets(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                     const Execution& execution);
 
-/// Counts of inner nodes.
 struct NodeMoves {
     std::size_t tried = 0, moved = 0;
 };
 
-/// Degree 2: moves nodes of inner edges to reduce the distortion of elements in their vertices' metric
+/// Degree 2: moves nodes of inner edges to reduce the distortion of elements in the metric of their vertices
 /// (camber.metric:unit_mesh). The worst element at a node never gets worse. Skips edges whose elements all reach the
-/// target quality, and edges of interfaces or of required or invalid elements. Certificates prove det J of changed
-/// elements above 0.1 of the straight determinant, or above 0 if it was lower. The result is that of one edge after
-/// another in the order of `spread_rank`. Errors: options out of range, stopped, memory.
+/// target quality, and edges of interfaces and of required or invalid elements. Certificates prove that det J of
+/// changed elements is above 0.1 times the straight determinant, or above 0 if it was lower before. The result is the
+/// same as if the edges were processed one after another, in the order of `spread_rank`. Errors: options out of range,
+/// stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<NodeMoves> smooth_nodes(Adaptation<D>& r, const SmoothOptions& options,
                                               const Execution& execution);
@@ -276,8 +277,9 @@ template <int D>
 struct ReinsertionOptions {
     double min_scaled_jacobian = min_bound;
     double target = 0.01;
-    /// Maximum number of sweeps over vertices. The first visits all vertices with a node off its target, inner ones
-    /// first; later sweeps visit those next to a change. Nodes pass one layer of stacked elements in each sweep.
+    /// Maximum number of sweeps over vertices. The first sweep visits all vertices with a node off its target, inner
+    /// vertices first. Later sweeps visit those next to a change. A change advances by one layer of elements in each
+    /// sweep.
     int max_sweeps = 100;
 
     [[nodiscard]] static constexpr auto options() {
@@ -307,18 +309,18 @@ struct ReinsertionResult {
     Proposal<D> proposal;  ///< nodes after all operations
     PassStatistics statistics;
     std::size_t sweeps = 0;
-    std::size_t left = 0;  ///< vertices that need another sweep beyond `max_sweeps`
+    std::size_t left = 0;  ///< vertices that another sweep would visit
 };
 
-/// The paper's global algorithm (§4): reinserts every vertex at its position, with its ball as the cavity (§3.2). Edge
-/// nodes move to their targets, fully or by halves of the way, while elements stay valid. Vertices with nodes short of
-/// their targets get another sweep after changes. No element becomes invalid, or worse than the worst of its cavity
-/// unless it is good.
+/// The paper's global algorithm (§4): reinserts every vertex at its position, with all elements around it as the cavity
+/// (§3.2). Edge nodes move to their targets or, if elements would become invalid, half or none of the way. A vertex
+/// with nodes off their targets is visited again after changes. No element becomes invalid. An element may get worse
+/// than the worst one of its cavity only if it stays good.
 ///
-/// The proposal has the targets of `curve`, one row for each edge (kind `fixed` does not change); `breaks` is as in
-/// `make_dynamic`; `field` is the metric for qualities. Nodes of edges without elements move directly to their targets.
-/// The number of threads does not matter. Errors: options out of range, a proposal of another mesh, those of
-/// `make_dynamic`; stopped, memory.
+/// `target`: result of `curve`, one row for each edge (kind `fixed` does not change). `breaks`: as in `make_dynamic`.
+/// `field`: metric for qualities. Nodes of edges without elements move directly to their targets. The result does not
+/// depend on the number of threads. Errors: options out of range, a proposal of another mesh, those of `make_dynamic`;
+/// stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<ReinsertionResult<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& target,
                                                      const BreaksOfMesh& breaks, const BackMesh<D>& field,
@@ -328,8 +330,8 @@ template <int D>
 
 namespace camber {
 
-/// Moves vertices of surfaces and lines onto the geometry as far as their elements allow; cavities grow if that helps.
-/// The other vertices stay in `off_geometry`. Errors: those of `run_pass`.
+/// Moves vertices of surfaces and lines onto the geometry, as far as their elements allow. Cavities grow if that helps.
+/// Vertices that do not reach the geometry stay in `off_geometry`. Errors: those of `run_pass`.
 template <int D>
 [[nodiscard]] Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                        const Execution& execution);

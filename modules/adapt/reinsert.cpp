@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// True if the origin is inside the sphere on whose equator the triangle's corners lie.
+/// True if the origin is inside the smallest sphere through the corners of the triangle.
 bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
     const Vec<3> u = y[1] - y[0];
     const Vec<3> v = y[2] - y[0];
@@ -30,8 +30,8 @@ bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
     return norm_squared(y[0] + to_centre) < norm_squared(to_centre);
 }
 
-/// Vertices near a point, each stored once, with tangents of the edges to them. If the first edges bend little, edges
-/// to other vertices are chords, which suffice for sphere tests.
+/// Vertices near a point, each stored once, with tangents of the edges to them. If the first edges bend little, other
+/// edges are chords, which suffice for sphere tests.
 template <int D>
 class NearbyVertices {
   public:
@@ -72,7 +72,7 @@ class NearbyVertices {
     std::vector<Vec<D>> tangents_;
 };
 
-/// True if the point is inside the sphere (2D: circle) through an element's vertices, in the point's metric.
+/// True if the point is inside the sphere (2D: circle) through the vertices of an element, in the point's metric.
 template <int D>
 bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>& point,
                          const NearbyVertices<D>& nearby) {
@@ -84,8 +84,8 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
                 for (int k = 0; k < 3; ++k) y[i][k] = dot(point.metric->measure.rows[k], nearby.tangent(vertices[i]));
             return is_origin_in_sphere(y);
         }
-    // y_i: the vertices, in coordinates at the point in which the metric is the identity. The origin is inside their
-    // sphere if the lifted determinant |y_i, |y_i|²| has the sign of the volume.
+    // y_i: vertices in coordinates with the point as origin, in which the metric is the identity. The origin is inside
+    // the sphere through all y_i if the determinant with rows (y_i, |y_i|²) has the sign of the volume.
     std::array<Vec<D>, D + 1> y;
     std::array<double, D + 1> squares{};
     for (int i = 0; i <= D; ++i) {
@@ -93,7 +93,7 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
         for (int k = 0; k < D; ++k) y[i][k] = dot(point.metric->measure.rows[k], x);
         squares[i] = norm_squared(y[i]);
     }
-    // The determinants are expanded by the last column, into volumes of outward faces with the point.
+    // The determinants are expanded by the last column. The minors are volumes of an outward face and the point.
     double lifted = 0;
     double volume = 0;
     for (int i = 0; i <= D; ++i) {
@@ -107,14 +107,13 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
     return volume > 0 ? lifted > 0 : lifted < 0;
 }
 
-/// True if a standalone surface breaks at the triangle's edge opposite vertex `face`.
 template <int D>
 bool breaks_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     if (!mesh.is_surface() || face == D) return false;
     return mesh.line_at(mesh.edges_of[e][edge_between<D>[(face + 1) % 3][(face + 2) % 3]]).valid();
 }
 
-/// Element across the face; invalid if a cavity may not grow into it.
+/// Element across the face; invalid if a cavity may not grow across it.
 template <int D>
 ElementId beyond(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const FaceNeighbour across = mesh.face_neighbours[e][face];
@@ -137,7 +136,7 @@ void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t mo
     auto& elements = cavity.elements;
     const ConePoint<D>& point = spokes.point();
     NearbyVertices<D> nearby(r, spokes);
-    std::size_t expanded = 0;  // number of elements with all neighbours in `seen`
+    std::size_t expanded = 0;  // number of elements whose neighbours were added to `nearby`
     for (std::size_t i = 0; i < elements.size() && elements.size() < most; ++i) {
         if (i == expanded) {
             for (; expanded < elements.size(); ++expanded) add_nearby(r.mesh, elements[expanded], nearby);
@@ -162,7 +161,7 @@ class Reinsertions final : public Pass<D> {
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
         return candidate_at(r, task, 1);
     }
-    /// Only nodes of boundary vertices move by a share of the way.
+    /// Only for boundary vertices: their nodes move a share of the way.
     [[nodiscard]] std::optional<Candidate<D>> shortened(const Adaptation<D>& r, const Task& task,
                                                         double share) const override {
         if (r.mesh.states[VertexId(std::size_t{task.id})].place == VertexPlace::inside) return {};
@@ -172,8 +171,8 @@ class Reinsertions final : public Pass<D> {
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
     }
-    /// Vertices that have a node off its target, and an element that changed since the last call (first call: all);
-    /// inner vertices first.
+    /// Vertices with a node off its target, and with an element that changed since the last call (first call: all).
+    /// Inner vertices are first.
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) {
         std::vector<std::uint8_t> is_short(r.mesh.points.size(), 0);
         for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
@@ -188,8 +187,8 @@ class Reinsertions final : public Pass<D> {
     }
 
     [[nodiscard]] bool is_approaching() const { return is_approaching_; }
-    /// From now on, nodes approach their targets as far as elements allow. Earlier they would obstruct other nodes, so
-    /// half steps are exhausted first.
+    /// From now on, nodes move towards their targets as far as elements allow, not only in half steps. Done earlier,
+    /// this would obstruct other nodes.
     [[nodiscard]] bool begin_approaching() {
         if (is_approaching_) return false;
         touched_.assign(touched_.size(), 1);
@@ -216,11 +215,11 @@ class Reinsertions final : public Pass<D> {
         return candidate;
     }
     static constexpr int max_approaching = 24;
-    static constexpr double any_facet = -2;  ///< any cosine: facet corners do not move
+    static constexpr double any_facet = -2;  ///< any cosine is accepted, because corners of facets do not move
     const AdaptationGoal<D>& goal_;
     ReinsertionOptions options_;
     bool is_approaching_ = false;
-    std::vector<std::uint8_t> touched_;  ///< per vertex: an element at it has changed
+    std::vector<std::uint8_t> touched_;  ///< per vertex: 1 if an element at it has changed
 };
 
 template <int D>
@@ -232,7 +231,6 @@ Proposal<D> proposal_of(const QuadraticMesh<D>& mesh, const DynamicMesh<D>& resu
     return {mesh.linear.points, result.nodes, target_proposal.kinds, std::move(changes)};
 }
 
-/// Nodes of edges without elements (only of facets) move directly to their targets.
 template <int D>
 QuadraticMesh<D> with_bare_edges(QuadraticMesh<D> mesh, const Column<LagrangeNode<D>>& target_proposal) {
     std::vector<std::uint8_t> is_fixed(mesh.edges.size(), 0);
@@ -257,7 +255,7 @@ Outcome<ReinsertionResult<D>> reinserted(const QuadraticMesh<D>& mesh, const Pro
     ReinsertionResult<D> out;
     Reinsertions<D> pass(*initial, goal, options);
     std::vector<Task> tasks = pass.tasks(*initial);
-    constexpr int max_approaching_sweeps = 10;  // later sweeps gain little
+    constexpr int max_approaching_sweeps = 10;  // further sweeps improve little
     int approaching_sweeps = 0;
     while (static_cast<int>(out.sweeps) < options.max_sweeps) {
         if (tasks.empty() && pass.begin_approaching()) tasks = pass.tasks(*initial);

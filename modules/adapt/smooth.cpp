@@ -22,12 +22,11 @@ namespace camber {
 
 namespace {
 
-// Positions of moved boundary vertices.
+// New positions of boundary vertices.
 
-/// True if the step is parallel to the planes of all facets.
 template <int D>
 bool stays_in_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& facets, const Vec<D>& step) {
-    constexpr double parallel = 1e-10;  // covers rounding of coordinates in thin facets
+    constexpr double parallel = 1e-10;  // allows for rounding of coordinates in thin facets
     return std::ranges::all_of(facets, [&](FacetId f) {
         if (mesh.is_at_infinity(f)) return true;
         const Vec<D> n = facet_normal(corners_of(mesh, f));
@@ -35,7 +34,6 @@ bool stays_in_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& fac
     });
 }
 
-/// True if the step is parallel to all lines.
 bool stays_on_lines(const DynamicMesh<3>& mesh, const std::vector<LineId>& lines, const Vec<3>& step) {
     constexpr double parallel = 1e-9;
     return std::ranges::all_of(lines, [&](LineId line) {
@@ -55,7 +53,7 @@ BoundaryPlace<D> boundary_place(const SurfacePoint<D>& on) {
     return {on.point, place_of(on)};
 }
 
-/// Position on the geometry or, without one, on the common plane of all facets.
+/// Position near `target` on the geometry or, without one, in the common plane of all facets.
 template <int D>
 std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                  const Cavity<D>& around, const Vec<D>& here,
@@ -69,14 +67,14 @@ std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, 
     return BoundaryPlace<D>{place};
 }
 
-/// Position on the edge that the step follows, projected to the geometry. If the projection changes nothing, the vertex
-/// moves only along straight lines and planes.
+/// Position near `target` on the line edge at `v` along which the step is longer, projected to the geometry. If the
+/// projection changes nothing, `v` moves only along straight lines and planes.
 std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, const DynamicMesh<3>& mesh,
                                               const Cavity<3>& around, VertexId v, const Vec<3>& target) {
     if (around.lines.size() != 2) return {};
     const Vec<3> here = mesh.points[v];
     const Vec<3> step = target - here;
-    constexpr double most = 0.5;  // largest share of the edge
+    constexpr double most = 0.5;  // largest step as a share of the edge
     std::optional<BoundaryPlace<3>> place;
     double farthest = 0;
     for (const LineId line : around.lines) {
@@ -99,7 +97,7 @@ std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, con
     return place;
 }
 
-/// New position of a vertex that should move to `wanted`. Empty if it may not move or its surface is unknown. `known`:
+/// New position of a vertex that should move to `target`. Empty if it may not move or its surface is unknown. `known`:
 /// its geometric entity, if known.
 template <int D>
 std::optional<BoundaryPlace<D>> place_for(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
@@ -143,7 +141,7 @@ class Moves final : public Pass<D> {
         const std::size_t worst = worst_of(r, request.cavity.elements);
         cones.begin_with(worst);
         cones.place_at(v);
-        const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // requires the cones at `v`
+        const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // while the cones are at `v`
         const double here = r.mesh.is_curved() ? cones.worst_shape(v) : std::max(before, 0.0);
         BestPlace best{{}, {}, gain_ * here};
         const double least = best.shape;
@@ -151,7 +149,7 @@ class Moves final : public Pass<D> {
             look_at(r, request.cavity, cones, v, r.mesh.points[v] + share * (target - r.mesh.points[v]), best);
             return best.shape > least;
         };
-        // The first improvement suffices; for bad elements, the best position is searched.
+        // The first improvement suffices. Only for bad elements, all positions are tried.
         const bool is_poor = before < poor_;
         for (const double share : {1.0, 0.5, 0.25})
             if (look(centre, share) && !is_poor) break;
@@ -212,7 +210,7 @@ class Moves final : public Pass<D> {
         if (!place) return;
         ConePoint<D> point = cone_point(r, v);  // the gradient at `v` is accurate enough
         point.place = place->point;
-        // The metric at `v` suffices to estimate the worst element, so bad positions need no sample of the field.
+        // An estimate with the metric at `v` excludes bad positions without a sample of the field.
         if (!r.mesh.is_surface() && cones.first_shape_near(point) < nearly * best.shape) return;
         const VertexMetric<D> metric = metric_near(r, v, place->point);
         point.metric = &metric;
@@ -220,8 +218,8 @@ class Moves final : public Pass<D> {
         const double shape = cones.worst(best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
     }
-    /// Metric at a position near `v`. Degree 2: extrapolation by the gradient, which avoids a search in curved
-    /// elements. For the request, `sample_field` samples the field.
+    /// Metric at a position near `v`, in degree 2 extrapolated with the gradient. The final position gets a sample of
+    /// the field (`sample_field`).
     [[nodiscard]] VertexMetric<D> metric_near(const Adaptation<D>& r, VertexId v, const Vec<D>& place) const {
         const VertexMetric<D>& here = r.vertices.metrics[v];
         if (r.mesh.is_curved()) {
@@ -233,17 +231,17 @@ class Moves final : public Pass<D> {
         const FieldSample<D> sample = sample_value(goal_.field, place, here.back);
         return VertexMetric<D>(sample.log_metric, sample.location.element);
     }
-    /// Tries both directions of the axes of v's metric: neighbours or the worst element alone may not show where to
-    /// move.
+    /// Tries both directions of each axis of v's metric. Neighbours or the worst element may not show where to move.
     void look_around(const Adaptation<D>& r, const Cavity<D>& around, ConeShapes<D>& cones, VertexId v,
                      BestPlace& best) const {
         for (const Vec<D>& row : r.vertices.metrics[v].measure.rows) {
-            const Vec<D> unit = row / norm_squared(row);  // of unit length, since the rows are orthogonal
+            const Vec<D> unit = row / norm_squared(row);  // of unit length in the metric, because the rows are
+                                                          // orthogonal
             for (const double length : {0.5, 0.25, 0.1, -0.1, -0.25, -0.5})
                 look_at(r, around, cones, v, r.mesh.points[v] + length * unit, best);
         }
     }
-    /// The position of `v` at which the element would be regular in v's metric.
+    /// The position of `v` for which the element is regular in v's metric.
     [[nodiscard]] static Vec<D> apex_over(const Adaptation<D>& r, ElementId e, VertexId v) {
         const auto& vertices = r.mesh.elements.vertices[e];
         if constexpr (D == 3)
@@ -257,15 +255,14 @@ class Moves final : public Pass<D> {
             centre += p / D;
             for (int k = 0; k < D; ++k) face[i][k] = dot(rows[k], p - r.mesh.points[v]);
         }
-        // v is the origin, on the inner side of the face.
+        // The origin is v, which is on the inner side of the face.
         Vec<D> n = facet_normal(face);
         if (dot(n, face[0]) > 0) n *= -1.0;
         const double height = std::sqrt((D + 1.0) / (2.0 * D)) / norm(n);
-        // The rows are orthogonal, so the inverse divides by their squares.
+        // The rows are orthogonal, so the inverse of the map divides by their squared norms.
         for (int k = 0; k < D; ++k) centre += (height * n[k] / norm_squared(rows[k])) * rows[k];
         return centre;
     }
-    /// The same as `apex_over`, in the plane of a standalone surface's triangle.
     [[nodiscard]] static Vec<3> apex_over_edge(const Adaptation<3>& r, const std::array<VertexId, 3>& triangle,
                                                VertexId v) {
         const int local = local_vertex(triangle, v);
@@ -276,14 +273,15 @@ class Moves final : public Pass<D> {
         const auto in_metric = [&](const Vec<3>& x) {
             return Vec<3>{{dot(rows[0], x), dot(rows[1], x), dot(rows[2], x)}};
         };
-        // Direction of the existing height, with the length of the regular triangle's height.
+        // The direction is that of the existing height, the length that of a regular triangle's height.
         const Vec<3> edge = in_metric(b - a);
         const double share = dot(edge, in_metric(here - a)) / norm_squared(edge);
         const Vec<3> height = here - (a + share * (b - a));
         return midpoint(a, b) + (std::sqrt(3.0) / 2 * norm(edge) / norm(in_metric(height))) * height;
     }
-    /// Mean of the positions that give each edge unit length from its other end, weighted by the number of elements
-    /// (surface: facets) at the edge. Boundary vertices use only edges of their facets, line vertices only their lines.
+    /// Mean over the edges at `v` of the position that gives the edge unit length from its other end. The weight is the
+    /// number of elements (surface: facets) at the edge. A boundary vertex uses only edges of its facets, a line vertex
+    /// only its lines.
     [[nodiscard]] static Vec<D> centre_of_unit_edges(const Adaptation<D>& r, const Cavity<D>& around,
                                                      ConeShapes<D>& cones, VertexId v) {
         const Vec<D> here = r.mesh.points[v];
@@ -292,8 +290,8 @@ class Moves final : public Pass<D> {
         const auto corners = cones.vertices();
         const auto add = [&](std::size_t i, double weight) {
             const double length = cones.length_to(i);
-            if (!(length > min_length)) return;  // short edges would lead far beyond all others
-            // For a curve, the end of its tangent replaces the vertex.
+            if (!(length > min_length)) return;  // short edges would give positions far from all others
+            // The end of the tangent replaces the other end of a curved edge.
             const Vec<D> end = r.mesh.is_curved() ? here + cones.tangent_to(i) : corners[i].place;
             sum += weight * (end + (1 / length) * (here - end));
             weights += weight;
@@ -366,7 +364,6 @@ std::vector<std::uint8_t> fixed_edges(const DynamicMesh<D>& mesh) {
     return fixed;
 }
 
-/// Elements around each edge; none for fixed edges.
 template <int D>
 Incidence<ElementId> free_shells(const DynamicMesh<D>& mesh) {
     const std::vector<std::uint8_t> fixed = fixed_edges(mesh);
@@ -477,7 +474,6 @@ class NodeSweeps {
             element.metric = element_metric<D>(logs);
         }
     }
-    /// Sets the elements' bounds; false if an element is invalid.
     [[nodiscard]] static bool bound(NodeShell<D>& shell) {
         return std::ranges::all_of(shell.elements, [](DistortedElement<D>& e) {
             for (const double bound : {PatchLimits{}.min_jacobian, 0.0}) {
@@ -489,7 +485,7 @@ class NodeSweeps {
     }
 
     Adaptation<D>& r_;
-    double target_shape_;  ///< a quality
+    double target_shape_;
     Incidence<ElementId> shells_;
     Schedule schedule_;
     std::vector<EdgeId> edges_;

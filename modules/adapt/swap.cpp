@@ -21,7 +21,7 @@ template <int D>
 struct BestSwap {
     Cavity<D> cavity;
     VertexId point;
-    double gain = 0;  ///< ratio of worst shapes, after to before
+    double gain = 0;  ///< ratio of the worst shape after the swap to that before
 };
 
 template <int D>
@@ -78,14 +78,13 @@ class Swaps final : public Pass<D> {
         }
         return shapes;
     }
-    /// True if `shape` is the worst at the edge. Swaps are tried only from their worst element, where the gain is
-    /// largest.
+    /// True if no neighbour at the edge has a worse shape. A swap is tried only from its worst element, where the gain
+    /// is largest.
     [[nodiscard]] static bool is_worst_beside(const std::array<double, D + 1>& beside, int k, double shape) {
         for (int face = 0; face <= D; ++face)
             if (face != local_edges<D>[k][0] && face != local_edges<D>[k][1] && !(beside[face] >= shape)) return false;
         return true;
     }
-    /// True if the edge has an inner end, and thus no line or facet.
     [[nodiscard]] static bool has_end_inside(const Adaptation<D>& r, ElementId e, int k) {
         return std::ranges::any_of(local_edges<D>[k], [&](int i) {
             return r.mesh.states[r.mesh.elements.vertices[e][i]].place == VertexPlace::inside;
@@ -111,7 +110,8 @@ class Swaps final : public Pass<D> {
         const EdgeRing::Best found = ring.best(r, best.gain * before);
         if (found.point.valid()) take(best, ring.elements(), found.point, found.worst / before);
     }
-    /// Tries to join the elements around an edge to each vertex around it; on the boundary, to those of its facets.
+    /// Tries to join the elements around an edge to each vertex around it; on the boundary, only to vertices of the
+    /// edge's facets.
     void look_at_any_edge(const Adaptation<D>& r, ElementId e, int k, ConeShapes<D>& cones, BestSwap<D>& best) const {
         const EdgeId edge = r.mesh.edges_of[e][k];
         if (r.mesh.line_at(edge).valid() || r.mesh.is_at_infinity(edge)) return;
@@ -134,7 +134,6 @@ class Swaps final : public Pass<D> {
             if (after > least) take(best, cavity, p, after / before);
         }
     }
-    /// Stores an inner swap.
     static void take(BestSwap<D>& best, std::span<const ElementId> elements, VertexId p, double gain) {
         best.cavity.clear();
         best.cavity.elements.assign(elements.begin(), elements.end());
@@ -146,14 +145,12 @@ class Swaps final : public Pass<D> {
         best.point = p;
         best.gain = gain;
     }
-    /// Worst shape in a cavity, computed as in `ConeShapes`. Precondition: `e` is the worst element.
     [[nodiscard]] double worst_bent(const Adaptation<D>& r, const std::vector<ElementId>& elements, ElementId e) const {
         if (!r.mesh.is_curved()) return r.shapes[e.index()];
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId s : elements) worst = std::min(worst, bent_shape_of(r, s));
         return std::max(worst, least_bent_shape);
     }
-    /// Tries face swaps: two elements become three around a new edge.
     void look_at_faces(const Adaptation<3>& r, ElementId e, const std::array<double, 4>& beside,
                        BestSwap<3>& best) const {
         const double shape = r.shapes[e.index()];

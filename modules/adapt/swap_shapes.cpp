@@ -1,4 +1,4 @@
-// Shapes of tetrahedra that inner swaps create, straight and curved.
+// Shapes of the straight and curved tetrahedra that swaps inside the mesh create.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// For each edge: the local vertices of a positive tetrahedron, the edge's ends first.
+/// For each edge: an order of the local vertices with the edge's ends first and positive orientation.
 constexpr auto edge_first = [] {
     std::array<std::array<int, 4>, edges_per_simplex<3>> table{};
     for (int k = 0; k < edges_per_simplex<3>; ++k) {
@@ -49,7 +49,6 @@ double squares_between(const ShapedVertex& a, const ShapedVertex& b) {
     const Vec<3> edge = b.place - a.place;
     return a.measure->length_squared(edge) + b.measure->length_squared(edge);
 }
-/// `metric_shape` from six times the volume, the product of density roots and the sum of `squares_between`.
 double shape_by(double volume, double density, double squares) {
     const double sum = squares / 2;
     return sum > 0 ? 6 * std::sqrt(12.0) * volume * density / (sum * std::sqrt(sum)) : 0;
@@ -78,7 +77,7 @@ EdgeRing::Walk EdgeRing::walk(const DynamicMesh<3>& mesh, std::span<const double
         at = across.element();
         if (shapes[at.index()] < shapes[e.index()]) return Walk::worse;
         elements_[count_] = at;
-        // The next ring vertex is neither on the edge nor the last one.
+        // The next ring vertex is neither an end of the edge nor the current ring vertex.
         const auto& v = mesh.elements.vertices[at];
         const std::uint32_t next =
             v[0].value ^ v[1].value ^ v[2].value ^ v[3].value ^ a_.value ^ b_.value ^ around_[count_].value;
@@ -93,8 +92,9 @@ struct EdgeRing::Measured {
     std::size_t count;
     ShapedVertex a, b;
     std::array<ShapedVertex, most> around;
-    std::array<Vec<3>, most> normals_from_a, normals_from_b;  ///< twice the area vectors of triangles (end, i, next)
-    std::array<double, most> to_a{}, to_b{}, to_next{};       ///< `squares_between`
+    std::array<Vec<3>, most> normals_from_a, normals_from_b;  ///< area vectors, times 2, of the triangles (end, i,
+                                                              ///< next(i))
+    std::array<double, most> to_a{}, to_b{}, to_next{};
 
     Measured(const Adaptation<3>& r, const EdgeRing& ring)
         : count(ring.count_), a(shaped_vertex(r, ring.a_)), b(shaped_vertex(r, ring.b_)) {
@@ -114,7 +114,7 @@ struct EdgeRing::Measured {
             to_next[i] = squares_between(around[i], around[next(i)]);
         }
     }
-    /// Six times the volume of the tetrahedron i, next(i), p and an end.
+    /// Six times the volume of the tetrahedron of a, i, next(i) and p.
     [[nodiscard]] double volume_at_a(std::size_t i, std::size_t p) const {
         return dot(normals_from_a[i], around[p].place - a.place);
     }
@@ -128,7 +128,7 @@ struct EdgeRing::Measured {
     }
     [[nodiscard]] double worst(std::size_t p, double least) const {
         double worst = std::numeric_limits<double>::infinity();
-        double to_p = to_next[p];  // `squares_between` p and i
+        double to_p = to_next[p];  // `squares_between` of p and i
         for (std::size_t i = next(p); next(i) != p; i = next(i)) {
             const std::size_t j = next(i);
             const double to_p_next = next(j) == p ? to_next[j] : squares_between(around[p], around[j]);
@@ -151,7 +151,7 @@ EdgeRing::Best EdgeRing::best(const Adaptation<3>& r, double least) const {
     Measured measured(r, *this);
     Best best{{}, least};
     bool has_measured = false;
-    // For three ring vertices all swaps are equal, for four those of opposite vertices.
+    // With three ring vertices, all give the same swap. With four, opposite ones do.
     const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;
     for (std::size_t p = 0; p < different; ++p) {
         if (!measured.are_volumes_positive(p)) continue;
@@ -259,10 +259,10 @@ double BentEdges::shape(const std::array<std::size_t, 4>& corners) const {
 
 namespace {
 
-/// True if det J is positive at a corner with these tangents; otherwise `bent_shape` is 0.
+/// True if det J is positive at a corner with these three tangents. Otherwise `bent_shape` is 0.
 bool is_positive(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c) { return dot(cross(a, b), c) > 0; }
 
-/// Swaps of a curved edge: vertices 0 … n − 1 are around it, n and n + 1 are its ends.
+/// Swaps of a curved edge. In `edges_`, vertices 0 … n − 1 are around the edge, and vertices n and n + 1 are its ends.
 class BentRing {
   public:
     BentRing(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring)
@@ -301,9 +301,9 @@ class BentRing {
         edges_.take_edge(elements_[0], a_, b_);
         for (std::size_t i = 0; i < count_; ++i) edges_.take_edge(elements_[i], i, next(i));
     }
-    /// Ring vertices whose new elements are positive, in ascending order, stored in `room`.
+    /// Ring vertices for which all new elements have positive det J at the edge's ends; ascending, stored in `room`.
     [[nodiscard]] std::span<const std::size_t> possible_points(std::span<std::size_t> room) const {
-        // For three ring vertices all swaps are equal, for four those of opposite vertices.
+        // With three ring vertices, all give the same swap. With four, opposite ones do.
         const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;
         std::size_t count = 0;
         for (std::size_t p = 0; p < different; ++p)
@@ -315,7 +315,6 @@ class BentRing {
         for (std::size_t i = 0; i < count_; ++i) worst = std::min(worst, edges_.shape({a_, b_, i, next(i)}));
         return std::max(worst, least_bent_shape);
     }
-    /// True if elements joined to ring vertex `p` are positive at the edge's ends.
     [[nodiscard]] bool is_positive_at_ends(std::size_t p) const {
         const Vec<3> from_a = edges_.tangent(a_, p), from_b = edges_.tangent(b_, p);
         for (std::size_t i = next(p); next(i) != p; i = next(i))
@@ -361,7 +360,6 @@ std::array<std::size_t, 3> corners_of_face(int face) {
             static_cast<std::size_t>(outward[2])};
 }
 
-/// True if the three elements around the new edge are positive at the face's corners.
 bool is_positive_at_face(const BentEdges& edges, int face, std::size_t q) {
     const auto p = static_cast<std::size_t>(face);
     const auto s = corners_of_face(face);

@@ -19,18 +19,19 @@ import :passes;
 
 export namespace camber {
 
-/// The elements and vertices around an inner edge (3D), found in one walk. For straight meshes, computes shapes after
-/// swaps as `ConeShapes` does, in a fraction of its time.
+/// The elements and vertices around an inner edge (3D), found in one walk. For straight meshes, computes shapes after a
+/// swap like `ConeShapes`, but much faster.
 class EdgeRing {
   public:
     enum class Walk {
         closed,
-        open,   ///< ends at a facet, or at more than `most` elements
-        worse,  ///< an element is worse than the first
+        open,   ///< the walk ended at a facet, or after `most` elements
+        worse,  ///< an element has a worse shape than the first one
     };
-    /// `shapes`: `shape_of` all elements.
+    /// `shapes`: shapes of all elements by `shape_of`.
     [[nodiscard]] Walk walk(const DynamicMesh<3>& mesh, std::span<const double> shapes, ElementId e, int local_edge);
-    /// The best ring vertex for a swap in a straight mesh, if its worst shape exceeds `least`.
+    /// The ring vertex with the best swap in a straight mesh, and the worst shape after it; invalid if that is at most
+    /// `least`.
     struct Best {
         VertexId point;
         double worst = 0;
@@ -44,39 +45,37 @@ class EdgeRing {
 
   private:
     struct Measured;
-    std::array<ElementId, most> elements_;  ///< element i is between ring vertices i and i + 1
+    std::array<ElementId, most> elements_;  ///< element i contains ring vertices i and i + 1
     std::array<VertexId, most> around_;
     std::size_t count_ = 0;
-    VertexId a_, b_;  ///< edge ends; tetrahedra (a, b, ring vertex i, next) are positive
+    VertexId a_, b_;  ///< ends of the edge; tetrahedra (a, b, ring vertex i, ring vertex i + 1) are positive
 };
 
-/// Worst shape of the three elements that replace two at a face, if it exceeds `least`; otherwise some value that does
-/// not. `other`: element across the face.
+/// Worst shape of the three elements that replace the two at a face, if it exceeds `least`. Otherwise a value that does
+/// not exceed `least`. `other`: element across the face.
 [[nodiscard]] double worst_without_face(const Adaptation<3>& r, ElementId e, int face, ElementId other, double least);
 
-/// A swap in degree 2, with the worst `bent_shape` before and after.
+/// A swap in degree 2. `before`, `after`: worst `bent_shape` before and after the swap.
 struct BentSwap {
     VertexId point;
     ElementId beside;  ///< face swap: element across the face
     double before = 0, after = 0;
 };
 
-/// A few vertices and the curves between them, each computed once: edges of the mesh, and new edges by `bent_edges`, as
-/// in the star.
+/// Curved edges between a few vertices, each computed once: existing edges, and new edges by `bent_edges`.
 class BentEdges {
   public:
     BentEdges(const Adaptation<3>& r, const AdaptationGoal<3>& goal) : r_(r), goal_(goal) {}
 
-    /// Adds a vertex and returns its index. At most `most` vertices.
+    /// At most `most` vertices.
     std::size_t add(VertexId v);
     [[nodiscard]] VertexId vertex(std::size_t i) const { return vertices_[i].id; }
     void take_edges(ElementId e);
-    /// Stores the element's edge from `i` to `j`.
     void take_edge(ElementId e, std::size_t i, std::size_t j);
-    /// Requests a new edge, which `bend` computes; at most `max_requested`.
+    /// Requests a new edge, which `bend` computes. At most `max_requested` edges.
     void add_request(std::size_t i, std::size_t j);
     void bend();
-    /// Tangent at vertex i towards j; for a straight edge, the chord.
+    /// Tangent at vertex i of the edge to j. If the edge is straight, this is the chord.
     [[nodiscard]] Vec<3> tangent(std::size_t i, std::size_t j) const;
     [[nodiscard]] double shape(const std::array<std::size_t, 4>& corners) const;
 
@@ -106,18 +105,20 @@ class BentEdges {
     std::array<double, max_requested> lengths_{};
 };
 
-/// Returns the best swap of an inner edge, if its worst shape exceeds `gain` times the present one.
+/// Returns the best swap of an inner edge. Its point is invalid if no swap has a worst shape above `gain` times the
+/// present one.
 [[nodiscard]] BentSwap best_around_edge(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring,
                                         double gain);
 
-/// Returns the best swap of these faces of an element, with the same condition.
+/// Returns the best swap of one of these faces, under the same condition.
 [[nodiscard]] BentSwap best_without_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal, ElementId e,
                                          std::span<const int> faces, double gain);
 
-/// Grows a Delaunay cavity of a point in the point's metric (paper §1.3). Starts from elements that contain the point.
-/// Adds neighbours across faces without facets if the point lies in their spheres (2D: circles), at most `most`
-/// elements. Excludes elements whose vertex opposite the face is nearer than `shortest` (metric length). Degree 2: ends
-/// of tangents replace vertices. `spokes`: edges from the point, extended to all visited vertices.
+/// Grows a Delaunay cavity of a point in the point's metric (paper §1.3). Starts from the elements that contain the
+/// point. Adds the element across a face without a facet if the point is inside the element's circumsphere (2D:
+/// circumcircle), up to `most` elements. Excludes an element if its vertex opposite the face has a metric length of
+/// less than `shortest` to the point. Degree 2: the end of the edge's tangent replaces each vertex. `spokes`: edges
+/// from the point, extended to all visited vertices.
 template <int D>
 void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t most, double shortest, Cavity<D>& cavity);
 
@@ -125,7 +126,6 @@ void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t mo
 
 namespace camber {
 
-/// Computes the missing values in `r.shapes`.
 template <int D>
 [[nodiscard]] Outcome<Done> compute_shapes(Adaptation<D>& r, const Execution& execution) {
     auto shapes = take(std::move(r.shapes));
@@ -145,7 +145,7 @@ void compute_shapes(Adaptation<D>& r, std::span<const ElementId> created) {
     r.shapes = std::move(shapes);
 }
 
-/// Precondition: `r.shapes` are known.
+/// Precondition: `r.shapes` contains the shapes of these elements.
 template <int D>
 [[nodiscard]] double worst_cached_shape_of(const Adaptation<D>& r, std::span<const ElementId> elements) {
     double worst = std::numeric_limits<double>::infinity();
@@ -153,7 +153,7 @@ template <int D>
     return worst;
 }
 
-// Helper functions of passes, used before requests.
+// Helper functions with which passes create requests.
 
 struct ElementEdge {
     ElementId element;
@@ -166,7 +166,8 @@ template <int D>
     return {};
 }
 
-/// Returns the face through which the way from vertex `from` to `b` leaves the element; −1: none.
+/// Returns the face through which the straight way from vertex `from` to position `b` leaves the element; −1: `b` is
+/// not beyond a face.
 template <int D>
 [[nodiscard]] int face_towards(const DynamicMesh<D>& mesh, ElementId e, int from, const Vec<D>& b) {
     const auto& vertices = mesh.elements.vertices[e];
@@ -190,7 +191,8 @@ template <int D>
     return best;
 }
 
-/// Walks around the first vertex towards the second. If that fails, searches all elements at the first vertex.
+/// Returns an element with this edge. Walks around the edge's first vertex in the direction of the second. If that
+/// fails, searches all elements at the first vertex.
 template <int D>
 [[nodiscard]] ElementEdge element_with_edge(const DynamicMesh<D>& mesh, EdgeId edge) {
     const auto& [a, b] = mesh.edges[edge];
@@ -208,7 +210,7 @@ template <int D>
     return {};
 }
 
-/// `cavity_of_vertex`, faster for inner vertices.
+/// The same as `cavity_of_vertex`, but faster for inner vertices.
 template <int D>
 void cavity_around(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out) {
     if (mesh.states[v].place != VertexPlace::inside) return cavity_of_vertex(mesh, v, out);
@@ -224,7 +226,6 @@ template <int D>
     return {};
 }
 
-/// Compares without branches, so that several comparisons run at once.
 template <class Id>
 [[nodiscard]] bool is_among(const std::vector<Id>& ids, Id id) {
     bool found = false;
@@ -232,7 +233,7 @@ template <class Id>
     return found;
 }
 
-/// Metric length from the point to the nearest vertex of the elements that contain it.
+/// Metric length from the point to the nearest vertex of the fixed elements of the request.
 template <int D>
 [[nodiscard]] double nearest_fixed_vertex(const Adaptation<D>& r, const CavityRequest<D>& request,
                                           const ConePoint<D>& point, BentSpokes<D>& spokes) {
@@ -252,8 +253,8 @@ template <int D>
     return nearest;
 }
 
-/// Shape for a quality target. For standalone surfaces the target's distance from 1 is quartered: 0.8 for tetrahedra is
-/// 0.95 for triangles.
+/// Shape that corresponds to a target quality. For standalone surfaces, a quarter of the distance from 1 is used: 0.8
+/// for tetrahedra becomes 0.95 for triangles.
 template <int D>
 [[nodiscard]] double target_shape(const Adaptation<D>& r, double quality) {
     return shape_of_quality(r.mesh.is_surface() ? 1 - (1 - quality) / 4 : quality, D);
@@ -261,18 +262,17 @@ template <int D>
 
 struct SplitLimits {
     double shortest = 0;
-    double min_quality = 0;                          ///< of new elements, unless removed ones are worse
+    double min_quality = 0;                          ///< see `SplitOptions`
     double bad_quality = PatchLimits{}.bad_quality;  ///< see `PatchLimits`
 };
-/// A request to split the edge at the middle by metric length. The new point moves by `share` of the way to the
-/// geometry. Empty if no element has the edge, or if `share` is below 1 and the middle is on the geometry.
+/// Request to split the edge in halves of equal metric length. The new point moves by `share` of its way to the
+/// geometry. Empty if no element has the edge, or if `share` is below 1 but the point is on the geometry already.
 template <int D>
 [[nodiscard]] std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                           EdgeId edge, double share, const SplitLimits& limits);
 
 inline constexpr double infinite_order = std::numeric_limits<double>::infinity();
 
-/// See `RejectionCache`.
 template <class Tag, int D>
 void refuse(Adaptation<D>& r, CachedPass pass, std::span<const Task> tasks, std::size_t entities) {
     std::vector<Id<Tag>> ids;
@@ -281,7 +281,6 @@ void refuse(Adaptation<D>& r, CachedPass pass, std::span<const Task> tasks, std:
     r.rejection_cache.template refuse<Tag>(pass, ids, entities);
 }
 
-/// Tasks for edges with finite `order_of(length)`, except cached rejections.
 template <int D, class OrderOf, class IsRejected>
 [[nodiscard]] Outcome<std::vector<Task>> edge_tasks(const Adaptation<D>& r, OrderOf&& order_of,
                                                     IsRejected&& is_cached_rejection, const Execution& execution) {
@@ -318,7 +317,7 @@ void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, Orde
             if (const double order = order_of(length_of(r, e)); order < infinite_order) tasks.push_back(task(order, e));
 }
 
-/// Tasks for elements with finite `order_of(shape)`. The shapes must be known.
+/// Precondition: the shapes are known.
 template <int D, class OrderOf>
 [[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, CachedPass pass, OrderOf&& order_of,
                                                        const Execution& execution) {

@@ -13,7 +13,6 @@ export namespace camber {
 template <int K>
 using MultiIndex = std::array<int, K + 1>;
 
-/// Coordinates on the reference K-simplex.
 template <int K>
 using Barycentric = std::array<double, K + 1>;
 
@@ -24,11 +23,11 @@ using Barycentric = std::array<double, K + 1>;
     return b;
 }
 
-/// |I_N^K| = (N + K choose K).
+/// Number of multi-indices of degree N: |I_N^K| = (N + K choose K).
 template <int N, int K>
 inline constexpr int node_count = binomial(N + K, K);
 
-/// I_N^K in reverse lexicographic order: (N,0,…) first, (…,0,N) last.
+/// Multi-indices of degree N (I_N^K) in reverse lexicographic order: (N,0,…) first, (…,0,N) last.
 template <int N, int K>
 inline constexpr std::array<MultiIndex<K>, node_count<N, K>> multi_indices = [] {
     std::array<MultiIndex<K>, node_count<N, K>> all{};
@@ -36,7 +35,7 @@ inline constexpr std::array<MultiIndex<K>, node_count<N, K>> multi_indices = [] 
     alpha[0] = N;
     for (auto& slot : all) {
         slot = alpha;
-        // Moves one from the last non-zero entry before the end, and the tail, to the next entry.
+        // Takes one from the last non-zero entry before the end, and adds it and the last entry to the next entry.
         int i = K - 1;
         while (i >= 0 && alpha[i] == 0) --i;
         if (i < 0) break;
@@ -97,7 +96,7 @@ template <int K>
 template <std::size_t N>
 using SquareMatrix = std::array<std::array<double, N>, N>;
 
-/// Bézier → Lagrange: row β contains B_α^N(β/N).
+/// Matrix from Bézier to Lagrange coefficients: row β contains B_α^N(β/N).
 template <int N, int K>
 inline constexpr auto bezier_to_lagrange = [] {
     SquareMatrix<node_count<N, K>> m{};
@@ -147,7 +146,7 @@ template <std::size_t N>
     return inverse;
 }
 
-/// Lagrange → Bézier (paper §1.4), for values and for log-metrics.
+/// Matrix from Lagrange to Bézier coefficients (paper §1.4), for values and for log-metrics.
 template <int N, int K>
 inline const SquareMatrix<node_count<N, K>> lagrange_to_bezier = inverted(bezier_to_lagrange<N, K>).matrix;
 
@@ -167,7 +166,7 @@ struct ControlPoint {
     friend bool operator==(const ControlPoint&, const ControlPoint&) = default;
 };
 
-/// P_11 = (4 P^l − P_20 − P_02)/2 (paper §2.1).
+/// P_11 = (4 P^l − P_20 − P_02)/2 (paper §2.1), with the node P^l.
 template <int D>
 [[nodiscard]] constexpr ControlPoint<D> control_point(const Vec<D>& p20, const LagrangeNode<D>& mid,
                                                       const Vec<D>& p02) {
@@ -200,7 +199,6 @@ struct QuadraticEdge {
     [[nodiscard]] constexpr Vec<D> derivative(double t) const { return (p02 - p20) + 4 * (1 - 2 * t) * offset(); }
 
     [[nodiscard]] constexpr Vec<D> chord() const { return p02 - p20; }
-    /// Vector from the chord midpoint to the node.
     [[nodiscard]] constexpr Vec<D> offset() const { return mid.point - midpoint(p20, p02); }
 };
 
@@ -220,8 +218,8 @@ template <int D>
 template <int K>
 inline constexpr int quadratic_nodes = (K + 1) * (K + 2) / 2;
 
-/// A P2 K-simplex in D dimensions by its Bézier points: K + 1 vertices, then the control points of the edges in the
-/// order of `local_edges`.
+/// A P2 K-simplex in D dimensions, stored as its Bézier points: K + 1 vertices, then the control points of the edges in
+/// the order of `local_edges`.
 template <int K, int D>
 struct QuadraticSimplex {
     std::array<Vec<D>, quadratic_nodes<K>> control{};

@@ -23,7 +23,6 @@ static double area(const QuadraticMesh<2>& mesh) {
     return sum;
 }
 
-/// Six triangles around the centre of the unit circle.
 static LinearMesh<2> hexagon() {
     LinearMesh<2> mesh;
     Buffer<Vec<2>> points(7, Vec<2>{});
@@ -49,7 +48,9 @@ int main() {
     const double straight = area(*mesh);
     auto nodes = take(mesh->mid_nodes);  // the column's buffer, writable
     for (std::size_t e = 0; e < nodes.size(); ++e)
-        if (mesh->edges.vertices[e][0].index() != 0) nodes[e].point = normalised(nodes[e].point);  // not a spoke
+        if (mesh->edges.vertices[e][0].index() != 0)
+            nodes[e].point = normalised(nodes[e].point);  // edges at vertex 0 stay
+                                                          // straight
     mesh->mid_nodes = std::move(nodes);
     const double curved = area(*mesh);
     std::printf("area of the hexagon: %.4f, of six P2 triangles: %.4f, of the disc: %.4f\n", straight, curved,

@@ -11,7 +11,7 @@ export namespace camber {
 /// Coordinates beyond the dimension are 0.
 using ReferencePoint = std::array<double, 3>;
 
-/// Values and derivatives by reference coordinates, in the order of `lagrange_nodes`.
+/// Values, and derivatives by the reference coordinates, in the order of `lagrange_nodes`.
 template <Shape shape, int degree>
 struct LagrangeFunctions {
     std::array<double, element_nodes<shape, degree>> values{};
@@ -39,7 +39,7 @@ constexpr Silvester silvester(int n, double t) {
 
 export namespace camber {
 
-/// Dimensions of the simplex factors of a shape, 0 for none. A pyramid is no such product.
+/// Dimensions of the simplices whose product is the shape; 0: no further factor. A pyramid is no such product.
 template <Shape shape>
 inline constexpr std::array<int, 3> factors = [] {
     switch (shape) {

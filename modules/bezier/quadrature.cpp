@@ -59,7 +59,7 @@ GaussJacobi gauss_jacobi(int n, int power) {
 
 template <int D>
 std::vector<RulePoint<D>> conical_rule(int n) {
-    // One direction at a time: ξ_d = t times the remainder; the last remainder is ξ_0.
+    // Adds one direction at a time: ξ_d is t times the remainder 1 − Σ of the previous ξ. The last remainder is ξ_0.
     std::vector<RulePoint<D>> rule(1);
     rule[0].xi[0] = 1;
     for (int d = D - 1; d >= 0; --d) {

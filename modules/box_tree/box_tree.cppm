@@ -39,9 +39,9 @@ class BoxTree {
         double distance_squared = std::numeric_limits<double>::infinity();
     };
 
-    /// Returns the item with the minimum distance_squared(item) to p; of equal ones the lowest. Precondition:
-    /// distance_squared(item) is not below the squared distance to the item's box. Only items nearer than `within`
-    /// (squared) are considered.
+    /// Returns the item nearest to p, of several the one with the lowest number. distance_squared(item) must not be
+    /// less than the squared distance of p from the item's box. Only items with a squared distance below `within` are
+    /// considered.
     template <class DistanceSquared>
     [[nodiscard]] Nearest nearest(const Vec<D>& p, DistanceSquared&& distance_squared,
                                   double within = std::numeric_limits<double>::infinity()) const {
@@ -53,12 +53,12 @@ class BoxTree {
 
     struct RayHit {
         std::size_t item = std::numeric_limits<std::size_t>::max();
-        double distance = std::numeric_limits<double>::infinity();  ///< ray parameter s
+        double distance = std::numeric_limits<double>::infinity();  ///< parameter s of the point p + s·d on the ray
     };
 
-    /// Returns the first item on the ray p + s·d, s >= 0: that with the minimum s = meets(item), infinity for none; of
-    /// equal items the lowest. Items whose boxes the ray misses are skipped, so boxes need a margin for rounding. Only
-    /// s below `within` count.
+    /// Returns the first item on the ray p + s·d, s >= 0, of several the one with the lowest number. meets(item):
+    /// smallest s at which the ray meets the item, infinity if it does not. Items whose boxes the ray misses are
+    /// skipped, so boxes need a margin for rounding. Only s below `within` count.
     template <class Meets>
     [[nodiscard]] RayHit first_hit(const Vec<D>& p, const Vec<D>& d, Meets&& meets,
                                    double within = std::numeric_limits<double>::infinity()) const {
@@ -68,13 +68,13 @@ class BoxTree {
         return first;
     }
 
-    /// Calls visit(item), in a fixed order, for each item whose box contains p and for some whose box does not.
+    /// Calls visit(item) for each item whose box contains p, and for some other items. The order is fixed.
     template <class Visit>
     void containing(const Vec<D>& p, Visit&& visit) const {
         if (!nodes_.empty()) visit_containing(0, p, visit);
     }
 
-    /// Same as `containing`, for boxes that overlap or touch `box`.
+    /// Same as `containing`, for each item whose box overlaps or touches `box`.
     template <class Visit>
     void meeting(const Box<D>& box, Visit&& visit) const {
         if (!nodes_.empty()) visit_meeting(0, box, visit);
@@ -84,7 +84,7 @@ class BoxTree {
     static constexpr std::size_t leaf_size = 4;
     struct Node {
         Box<D> box;
-        std::uint32_t begin = 0, end = 0;   ///< items of a leaf
+        std::uint32_t begin = 0, end = 0;   ///< range of items, in a leaf
         std::uint32_t left = 0, right = 0;  ///< numbers of the children; 0 in a leaf
     };
 

@@ -23,21 +23,21 @@ namespace camber {
 
 namespace {
 
-/// Evenly spaced facets of one reference.
 struct SampledReference {
     Reference reference = 0;
     std::size_t count = 0;  ///< number of all facets of the reference
     std::vector<FacetId> facets;
 };
 
-/// Share of a sample that is off the model. A facet counts by the share of its vertices farther from the best face than
-/// half of its longest edge; it counts fully if that face is transverse to it.
+/// Share of the sampled facets that is off the model. A facet counts with the share of its vertices that are farther
+/// from its best face than half of its longest edge. It counts fully if its best face is transverse to it.
 struct SampleVerdict {
-    double share = 0;  ///< estimate for all facets
+    double share = 0;  ///< share of all facets, estimated from the sample
     std::size_t off_count = 0, facets = 0;
-    const SampledReference* lost = nullptr;  ///< reference with the largest share, if above one half
+    const SampledReference* lost = nullptr;  ///< reference with the largest share off the model, if above one half;
+                                             ///< else null
     std::size_t worst_off_count = 0;
-    FacetId farthest;  ///< farthest facet that is off
+    FacetId farthest;
 
     [[nodiscard]] bool fits() const {
         constexpr double most = 0.1;
@@ -45,7 +45,7 @@ struct SampleVerdict {
     }
 };
 
-/// Minimum sample of each reference; total sample if there are few references.
+/// Minimum number of sampled facets of each reference, and total number if there are few references.
 constexpr std::size_t min_of_each = 24, target_count = 512;
 
 struct FacetCheck {
@@ -84,7 +84,7 @@ FacetCheck check_facet(const CadModel& model, std::span<const std::size_t> candi
                        const std::array<Vec<D>, D>& corners) {
     constexpr double across = 0.9, far = 0.5;
     const double longest = longest_side(corners);
-    // Distant facets are recognised by boxes, since searches from far away are slow.
+    // Boxes recognise distant facets, because searches from far away are slow.
     const bool is_unassociated = std::all_of(corners.begin(), corners.end(), [&](const Vec<D>& p) {
         return std::all_of(candidates.begin(), candidates.end(),
                            [&](std::size_t face) { return is_beyond(model, face, p, far * longest); });
@@ -105,7 +105,6 @@ FacetCheck check_facet(const CadModel& model, std::span<const std::size_t> candi
     return out;
 }
 
-/// `excluded`: excluded references, ascending.
 template <int D>
 std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const Reference> excluded) {
     std::map<Reference, std::vector<FacetId>> all;
@@ -125,7 +124,6 @@ std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const
     return sample;
 }
 
-/// `factor` scales the mesh's coordinates. Errors: stopped.
 template <int D>
 Outcome<SampleVerdict> sample_verdict(const LinearMesh<D>& mesh, const CadModel& model,
                                       std::span<const SampledReference> sample, std::span<const std::size_t> candidates,
@@ -195,7 +193,8 @@ Box<3> box_of_face(const CadParts& parts, std::size_t face) {
     return box;
 }
 
-/// Box of edges and of points within faces. Boxes of parameter ranges reach beyond obliquely trimmed faces.
+/// Box of the edges of faces and of sampled points on the faces. Boxes of parameter ranges would be too large for
+/// obliquely trimmed faces.
 template <int D>
 Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
     Box<D> box;
@@ -208,7 +207,8 @@ Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
     return box;
 }
 
-/// True if the boxes agree within a tenth of the mesh's diagonal: the mesh has only chords of curves.
+/// True if the boxes agree within a tenth of the mesh's diagonal. They differ because the mesh has chords instead of
+/// curves.
 template <int D>
 bool agree(const Box<D>& mesh, const Box<D>& model, double factor) {
     const double most = match_tolerance * mesh.diagonal();

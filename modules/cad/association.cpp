@@ -31,9 +31,8 @@ std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<c
 
 namespace {
 
-/// True if another face fits the facet nearly as well as the best one.
 bool is_unsure(const CadFit& fit) { return fit.face != no_face && fit.second <= ambiguity_ratio * fit.fit_error; }
-/// True if such a face does not meet the best one smoothly.
+/// True if another face fits the facet nearly as well as the best one and does not meet it smoothly.
 bool is_ambiguous(const CadFit& fit) { return fit.face != no_face && fit.other <= ambiguity_ratio * fit.fit_error; }
 
 template <int D>
@@ -48,7 +47,8 @@ Class class_of(const LinearMesh<D>& mesh, std::size_t f) {
     return {mesh.facets.references[f], mesh.facets.entities.empty() ? 0 : mesh.facets.entities[f]};
 }
 
-/// For each class, the face of at least 90 % of the facets that clearly fit one face.
+/// Returns a face for each class: at least 90 % of the facets of the class that clearly fit one face fit this face.
+/// Classes without such a face are omitted.
 template <int D>
 std::map<Class, std::size_t> faces_of_classes(const LinearMesh<D>& mesh, std::span<const CadFit> fits) {
     constexpr double nearly_all = 0.9;
@@ -108,13 +108,13 @@ struct EntityMatch {
     std::int64_t entity = -1;  ///< model edge or vertex; −1: none
     std::uint32_t faces = 0;
     double distance = 0;
-    double nearest = 0;  ///< distance from the nearest face; small even if edges are far because the mesh omits a
-                         ///< fillet
+    double nearest = 0;  ///< distance from the nearest face; small where the mesh omits a fillet, even if edges are far
     bool is_ambiguous = false, is_corner = false, is_off = false;
-    bool is_detached = false;      ///< near its faces, far from their common edge or vertex
-    bool is_within_group = false;  ///< on no edge, between faces of one virtual face
+    bool is_detached = false;      ///< the vertex is far from the common edge or vertex of its faces
+    bool is_within_group = false;  ///< not on an edge; all its faces belong to one virtual face
     EdgeLengthsAt edges = {};
-    std::vector<std::pair<std::size_t, double>> off = {};  ///< for vertices: distant faces, with distances
+    std::vector<std::pair<std::size_t, double>> off = {};  ///< for vertices: faces farther than `off_limit`, with their
+                                                           ///< distances
 };
 
 template <int D>
@@ -176,7 +176,8 @@ EntityMatch match_vertex(const CadModel& model, std::span<const std::size_t> cur
     return out;
 }
 
-/// Rim edge of a face, for a mesh edge beside facets that are off the model.
+/// Finds the rim edge of a face for a mesh edge that has the face on one side and facets off the model on the other
+/// side.
 EntityMatch match_rim(const CadModel& model, std::span<const std::size_t> face, const std::array<Vec<3>, 2>& ends) {
     const auto edge = edge_between(model, face, ends);
     if (!edge) return {};
@@ -203,7 +204,6 @@ std::size_t count_distinct(std::vector<std::int64_t> entities) {
     return static_cast<std::size_t>(std::unique(entities.begin(), entities.end()) - entities.begin());
 }
 
-/// Fit of vertices to each face and (3D) to each edge between two faces that do not meet smoothly.
 struct Fits {
     std::map<std::size_t, VertexFit> faces, edges;
 };
@@ -219,7 +219,8 @@ void add_vertex(const CadModel& model, VertexId v, std::span<const std::size_t> 
         fits.edges[static_cast<std::size_t>(met.entity)].add(v, met.distance, met.edges);
 }
 
-/// The refused entity with the largest share of off vertices; of equal shares, with the largest distance.
+/// Returns the refused face or edge (`VertexFit::is_refused`) with the largest share of off vertices. If shares are
+/// equal, the largest distance decides.
 std::optional<CadFitError> fit_error_of(const Fits& fits, std::size_t facet_vertices) {
     std::optional<CadFitError> worst;
     std::pair<double, double> largest;
@@ -317,7 +318,6 @@ Outcome<Done> match_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, co
     return Done{};
 }
 
-/// For a 2D mesh, counts the edges with facets and the faces that they bound.
 void count_matched(const CadModel& model, CadAssociation& out) {
     std::vector<std::int64_t> faces;
     for (const auto& [reference, curves] : out.of_references)
@@ -394,8 +394,9 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Largest vertex distance + distance of the facet's middle + longest side × sine of the angle between the normals.
-/// Above `enough` it may be underestimated. `foot`: closest point to the middle.
+/// Returns max d(vertex) + d(middle) + longest side · sin θ, with the distance d from the face and the angle θ between
+/// the normals of facet and face. If the result exceeds `enough`, it may be too small. `foot`: closest point to the
+/// middle.
 double fit_error(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& corners, const CadFoot& foot,
                  double enough) {
     const Vec<3> normal = normalised(cross(corners[1] - corners[0], corners[2] - corners[0]));
@@ -419,8 +420,8 @@ bool coincide(const CadModel& model, std::size_t a, std::size_t b, const std::ar
     });
 }
 
-/// Calls visit(face) for candidates (ascending) whose boxes are within the distance most() of p, usually the nearest
-/// first. most() may decrease with each visit.
+/// Calls visit(face) for each face of `candidates` (ascending) whose box is within the distance most() of p. Near faces
+/// usually come first. Each visit may decrease most().
 template <class Most, class Visit>
 void visit_near(const CadModel& model, std::span<const std::size_t> candidates, const Vec<3>& p, Most&& most,
                 Visit&& visit) {
@@ -447,8 +448,8 @@ bool bounds(const occ::EdgeFacts& edge, std::size_t face) {
 
 CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 3>& corners) {
     const Vec<3> middle = (corners[0] + corners[1] + corners[2]) / 3;
-    // Faces with more than twice the fit error of the best one are not needed. Fit errors of coincident faces differ by
-    // rounding.
+    // Faces whose fit error exceeds twice that of the best face are not needed. Fit errors of coincident faces differ
+    // by rounding.
     const double rounding = 1e-6 * longest_side(corners);
     struct Fit {
         double fit_error = 0;
@@ -509,7 +510,6 @@ std::optional<std::size_t> nearest_face(const CadModel& model, std::span<const s
 
 namespace {
 
-/// Edge of `face` closest to the points; with `other`, only among edges of both faces.
 std::optional<std::size_t> edge_of_pair(const CadModel& model, std::size_t face, std::optional<std::size_t> other,
                                         std::span<const Vec<3>> points) {
     std::optional<std::size_t> best;

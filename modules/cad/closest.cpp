@@ -19,7 +19,8 @@ namespace camber {
 
 namespace {
 
-/// Sample intervals per direction in a cell, and the margin of its box relative to the diagonal of the samples' box.
+/// Number of sample intervals per direction in a cell. `between_samples`: margin of the cell's box, relative to the
+/// diagonal of the box of the samples.
 constexpr std::size_t samples = 4;
 constexpr double between_samples = 0.1;
 
@@ -45,7 +46,6 @@ EntityCells finished(std::vector<Cell> cells, const std::vector<Box<3>>& boxes) 
     return out;
 }
 
-/// Box of a cell's points, along the tangent plane at the cell's middle.
 OrientedBox oriented_box(const std::vector<Vec<3>>& points, const occ::SurfaceJet& middle) {
     constexpr double around = 0.1;
     OrientedBox box;
@@ -156,7 +156,6 @@ OnSurface at(const CadParts& parts, std::size_t face, const Parameters& uv, cons
     return {uv, jet, norm_squared(vec(jet.point) - p)};
 }
 
-/// Distance from an untrimmed closed-form surface, and the parameters of the closest point.
 struct ClosedFoot {
     double distance = 0;
     Parameters uv{};
@@ -178,14 +177,16 @@ Parameters clamped(const Parameters& uv, const Cell& within) {
     return {std::clamp(uv[0], within.low[0], within.high[0]), std::clamp(uv[1], within.low[1], within.high[1])};
 }
 
-/// A step of both parameters. `active`: the parameter is at a bound, and the distance decreases beyond it.
+/// A step of both surface parameters. `active`: the parameter is at its bound, and the distance would decrease beyond
+/// the bound.
 struct Step {
     Parameters change{};
     std::array<bool, 2> active{};
 };
 
-/// Newton step for ½|S(u, v) − p|² in the parameters that are not at active bounds. Uses the Gauss-Newton matrix if the
-/// function is not convex; a small multiple of the trace avoids singularity at poles.
+/// Newton step that reduces ½|S(u, v) − p|² for the face's surface S. Parameters at active bounds stay fixed. The
+/// Gauss-Newton matrix is used where the function is not convex. A small multiple of the trace keeps the matrix regular
+/// at poles.
 Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     const occ::SurfaceJet& jet = from.jet;
     const Vec<3> r = from.point() - p, u = vec(jet.u), v = vec(jet.v);
@@ -207,7 +208,7 @@ Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     return out;
 }
 
-/// True if a bound of the cell is active inside the face: the closest point is in another cell.
+/// True if a bound of the cell is active inside the face. The closest point is then in another cell.
 bool continues_beyond_cell(const Step& step, const Parameters& uv, const occ::FaceFacts& facts) {
     for (std::size_t k = 0; k < 2; ++k)
         if (step.active[k] && uv[k] > facts.low[k] && uv[k] < facts.high[k]) return true;
@@ -239,13 +240,11 @@ OnSurface nearest_within(const CadParts& parts, std::size_t face, const Paramete
     return best;
 }
 
-/// Shifts a parameter by whole periods, as near to the middle of its bounds as possible.
 double turned(double x, double low, double high, double period) {
     if (!(period > 0)) return x;
     return x - period * std::round((x - 0.5 * (low + high)) / period);
 }
 
-/// Parameter bounds of a face, extended by a period in periodic directions.
 Cell whole(const occ::FaceFacts& facts) {
     Cell cell{facts.low, facts.high};
     for (std::size_t k = 0; k < 2; ++k)
@@ -272,15 +271,15 @@ std::size_t cell_of(const occ::FaceFacts& facts, const Parameters& uv) {
     return cell[0] * facts.cells[1] + cell[1];
 }
 
-/// True if the next step, with parameters at active bounds fixed, would not move the point.
 bool is_converged(const CadParts& parts, const OnSurface& place, const Cell& within, const Vec<3>& p) {
     constexpr double nothing = 1e-9;  // relative to the model's size
     const Parameters change = step(place, within, p).change;
     return norm(change[0] * vec(place.jet.u) + change[1] * vec(place.jet.v)) <= nothing * parts.size;
 }
 
-/// Closest point of the surface within the face's parameter bounds; for closed forms, of the untrimmed surface. `near`:
-/// parameters at which the search starts, or null; other cells are searched if their boxes are nearer.
+/// Returns the closest point of the face's surface within the face's parameter bounds; bounds of closed-form surfaces
+/// are ignored. `near`: parameters at which the search starts, or null. Cells with boxes nearer than the point found
+/// are searched too.
 OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p, const Parameters* near) {
     const occ::FaceFacts& facts = parts.kernel->faces[face];
     OnSurface best;
@@ -341,8 +340,8 @@ CadFoot foot_of(const CadModel& model, std::size_t face, const OnSurface& found,
             is_present ? 0 : distance};
 }
 
-/// True if the closest point of the surface is that of the face: it is on the face, or an edge is as near. Edges are
-/// tested before OpenCASCADE, which is slowest for points on edges.
+/// True if `found`, the closest point of the surface, is also the closest point of the face: it is on the face, or an
+/// edge is as near. Edges are tested before OpenCASCADE, which is slowest for points on edges.
 bool is_on_face(const CadModel& model, std::size_t face, const OnSurface& found, const Vec<3>& p) {
     const CadParts& parts = model.parts();
     if (const auto known = parts.kernel->has_if_known(face, found.uv[0], found.uv[1])) return *known;
@@ -354,11 +353,11 @@ bool is_on_face(const CadModel& model, std::size_t face, const OnSurface& found,
     return std::any_of(edges.begin(), edges.end(), is_as_near) || parts.kernel->has(face, found.uv[0], found.uv[1]);
 }
 
-/// Closest point of a face. `edge`: its edge, if the surface would be nearer beyond the face.
+/// Closest point of a face. `edge`: the edge that contains this point, if the surface is nearer outside the face.
 struct OnFace {
     CadFoot foot;
     std::optional<std::size_t> edge;
-    double on_edge = 0;  ///< parameter on the edge
+    double on_edge = 0;  ///< parameter of the point on `edge`
 };
 
 OnFace closest(const CadModel& model, std::size_t face, const Vec<3>& p, const Parameters* near) {
@@ -413,7 +412,8 @@ double FaceDistances::distance(const Vec<3>& p) {
     return foot.distance;
 }
 
-/// True if the face is within the bound of p, where the surface point at `uv` is. Edges decide faster than OpenCASCADE.
+/// True if the face is within the distance `bound` of p. The surface point at `uv` is, but it may be outside the face.
+/// Edges are tested first, because OpenCASCADE is slower.
 bool FaceDistances::is_face_within(double bound, const Vec<3>& p, const std::array<double, 2>& uv) {
     const occ::Kernel& kernel = *model_->parts().kernel;
     const Parameters own = turned(uv, kernel.faces[face_]);
@@ -445,8 +445,8 @@ bool FaceDistances::is_surface_within(double bound, const Vec<3>& p) {
     return false;
 }
 
-/// True if an edge is within the bound of p. Starts at the last point on an edge, then in the edge cell with the
-/// nearest box.
+/// True if an edge of the face is within the distance `bound` of p. A search starts at the last point on an edge, a
+/// second search in the edge cell with the nearest box.
 bool FaceDistances::is_edge_within(double bound, const Vec<3>& p) {
     if (edge_ && search_edge_within(bound, p)) return true;
     const CadParts& parts = model_->parts();
@@ -463,7 +463,6 @@ bool FaceDistances::is_edge_within(double bound, const Vec<3>& p) {
     return least <= bound * bound && search_edge_within(bound, p);
 }
 
-/// True if a few steps along the edge come within the bound of p.
 bool FaceDistances::search_edge_within(double bound, const Vec<3>& p) {
     constexpr int max_steps = 4;
     const occ::EdgeFacts& facts = model_->parts().kernel->edges[*edge_];
@@ -523,8 +522,8 @@ OnCurve point_on_curve(const CadParts& parts, std::size_t edge, double t, const 
     return {t, jet, norm_squared(vec(jet.point) - p)};
 }
 
-/// Solves (c(t) − p)·c'(t) = 0 between two parameters by Newton's method; where |c − p|² is not convex, by the
-/// Gauss-Newton method.
+/// Solves (c(t) − p) · c'(t) = 0 for the edge's curve c and t from `low` to `high`. Uses Newton's method, or the
+/// Gauss-Newton method where |c − p|² is not convex.
 OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, double high, const Vec<3>& p) {
     constexpr int max_steps = 30;
     const double tiny = rounding(parts, p);

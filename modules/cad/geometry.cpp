@@ -55,7 +55,6 @@ double area_of(const Samples& samples) {
     return area;
 }
 
-/// Largest lengths of some parameter lines, in u and in v.
 std::array<double, 2> extents_of(const CadModel& model, std::size_t face) {
     constexpr std::size_t lines = 3, pieces = 16;
     const occ::Kernel& kernel = *model.parts().kernel;
@@ -359,7 +358,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return {match_tolerance * distance(first[0], first[1]), smooth_reach * shortest};
     }
 
-    /// Entity of a mesh edge; on a chain of model edges, also both faces.
+    /// Model entity of a mesh edge. `chain`: the faces at the edge if it is on a chain of model edges.
     struct EdgePlace {
         GeometryEntity entity;
         std::vector<std::size_t> chain = {};
@@ -380,7 +379,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return {edge.facets.size() > 1 ? surface(faces[0]) : rim_of(faces, points)};
     }
 
-    /// Closest rim edge of a face, if near both ends; else the face.
+    /// Closest rim edge of a face if both ends are near it; else the face.
     [[nodiscard]] GeometryEntity rim_of(const std::vector<std::size_t>& faces,
                                         const std::array<Vec<3>, 2>& ends) const {
         const GeometryEntity rim = curve_of(faces, ends);
@@ -391,7 +390,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return rim;
     }
 
-    /// Closest edge between the faces (for one face, of its rim), else the first face.
+    /// Closest edge between the faces, or closest rim edge of a single face. Without such an edge, the first face.
     [[nodiscard]] GeometryEntity curve_of(const std::vector<std::size_t>& faces, std::span<const Vec<3>> points) const {
         const auto edge = edge_between(cad_.model, faces, points);
         return edge ? curve(*edge, faces) : surface(faces[0]);
@@ -407,7 +406,6 @@ class CadGeometryModel final : public GeometryModel<3> {
         return surface(at.on == Junction::On::face ? at.number : faces[0]);
     }
 
-    /// Closest point of a face and of the faces joined to it.
     [[nodiscard]] VirtualFoot closest_from(std::size_t face, const Vec<3>& p) const {
         if (joined_[face] == no_face) return {face, closest_on_face(cad_.model, face, p)};
         return closest_on_virtual_face(cad_.model, face, p,

@@ -16,29 +16,30 @@ import :model;
 /// A model in a plane z = constant as geometry of 2D meshes; its edges are curves.
 export namespace camber {
 
-/// Errors (input): the model has no edges, or leaves a plane z = constant by more than 1e-7 of its size.
+/// Checks that the model is in a plane z = constant. Errors (input): no edges; heights differ by more than 1e-7 of the
+/// model's size.
 [[nodiscard]] Outcome<Done> check_flatness(const CadModel& model);
 
 /// Returns the model's edges, ascending; of coincident edges of touching faces, only the first.
 [[nodiscard]] std::vector<std::size_t> curves_of(const CadModel& model);
 
-/// Closest point of an edge and its unit normal, to the right of the edge.
+/// Closest point of an edge, with the unit normal there. The normal points to the right of the edge.
 struct CadCurveFoot {
     Vec<2> point, normal;
     double t = 0, distance = 0;
 };
-/// Returns points that are on the curve within rounding unchanged, as `closest_on_edge` does.
+/// A point that is on the curve within rounding is returned unchanged.
 [[nodiscard]] CadCurveFoot closest_on_curve(const CadModel& model, std::size_t edge, const Vec<2>& p);
 [[nodiscard]] EntityPoint<2> point_on_curve(const CadModel& model, std::size_t edge, double t);
 
-/// Closest of these edges, the first of equally near ones; empty without edges.
+/// Returns the closest edge to p, or the first of equally near edges. Empty without edges.
 [[nodiscard]] std::optional<std::size_t> nearest_curve(const CadModel& model, std::span<const std::size_t> edges,
                                                        const Vec<2>& p);
-/// Like `best_face` for a 2D facet; the last term of the error is length × sine of the angle between the tangents.
+/// Like `best_face`, for a 2D facet. The fit error compares tangents instead of normals.
 [[nodiscard]] CadFit best_curve(const CadModel& model, std::span<const std::size_t> edges,
                                 const std::array<Vec<2>, 2>& ends);
 
-/// Entities on which facets can lie: faces, in 2D curves.
+/// Model entities on which facets can lie: faces (2D: curves).
 template <int D>
 [[nodiscard]] std::vector<std::size_t> candidates(const CadModel& model) {
     if constexpr (D == 2) return curves_of(model);
@@ -55,8 +56,8 @@ template <int D>
         return best_face(model, candidates, corners);
 }
 
-/// Closest vertex at which these edges (ascending, at least one) end. A single edge has one only if it is closed with a
-/// kink.
+/// Returns the closest vertex at which one of these edges (ascending, at least one) ends. Empty for a single edge,
+/// unless it is closed and has a kink at its vertex.
 [[nodiscard]] std::optional<std::size_t> end_between(const CadModel& model, std::span<const std::size_t> edges,
                                                      const Vec<2>& p);
 [[nodiscard]] Vec<2> vertex_in_plane(const CadModel& model, std::size_t vertex);
@@ -77,11 +78,13 @@ namespace camber {
 
 export namespace camber {
 
-/// A CAD model as the geometry of a mesh, with the model's numbers. Surfaces are faces, curves are edges, corners are
-/// vertices (2D: surfaces are edges). Facets of the mesh lie on their associated faces, facets of derived meshes on the
-/// best-fitting face of their reference. A mesh edge between two faces lies on the model's edge, even a smooth one, if
-/// it follows that edge; else it lies on the closest face. Joined faces (`CadAssociation::joined`) are one surface for
-/// projections.
+/// A CAD model as the geometry of a mesh. Entities have the numbers of the model: surfaces are faces (2D: edges),
+/// curves are edges, corners are vertices.
+/// - A facet of the mesh lies on its associated face. A facet of a derived mesh lies on the best-fitting face of its
+///   reference.
+/// - A mesh edge between two faces lies on a model edge, even a smooth one, if it follows that model edge. Otherwise it
+///   lies on the closest face.
+/// - Joined faces (`CadAssociation::joined`) are one surface for projections.
 template <int D>
 struct CadGeometry {
     CadModel model;
@@ -89,7 +92,7 @@ struct CadGeometry {
     LinearMesh<D> mesh;  ///< associated mesh
 
     [[nodiscard]] bool is_whole() const { return association.facets == mesh.facets.size(); }
-    /// True if the facet is a facet of `mesh`, by number and position, and on the model.
+    /// True if the facet is on the model and has the number and corners of a facet of `mesh`.
     [[nodiscard]] bool has(const FacetSite<D>& facet) const {
         return facet.id.valid() && facet.id.index() < mesh.facets.size() && association.faces[facet.id] != no_face &&
                facet_site(mesh, facet.id).corners == facet.corners;
@@ -115,9 +118,9 @@ struct CadGeometry {
 [[nodiscard]] std::shared_ptr<const GeometryModel<2>> model_of(CadGeometry<2> cad);
 [[nodiscard]] std::shared_ptr<const GeometryModel<3>> model_of(CadGeometry<3> cad);
 
-/// Samples faces (at parameters inside their trims) and edges, including seams. The number of points on faces is
-/// approximate. They are uniform by area, with a minimum for small faces. Entities have the model's numbers. 2D: only
-/// curves (`curves_of`), uniform by length. Errors: stopped.
+/// Samples the faces and edges of a model, including seams. Samples on faces are uniform by area, about `target_count`
+/// in all, with a minimum for small faces. Entities have the model's numbers. In 2D, samples only curves (`curves_of`),
+/// uniformly by length. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> samples_of(const CadModel& model, std::size_t target_count,
                                                      const Execution& execution);
@@ -135,7 +138,7 @@ template <int D, class IsSelected>
     });
 }
 
-/// Treatment of boundary vertices off the model.
+/// Treatment of boundary vertices that are off the model.
 enum class CadVertices : std::uint8_t { keep, move };
 [[nodiscard]] constexpr auto words(CadVertices) {
     return words_of(Word{CadVertices::keep, "keep"}, Word{CadVertices::move, "move"});
@@ -145,16 +148,20 @@ template <int D>
 struct VerticesOnModel {
     Column<Vec<D>> points;
     std::size_t moved = 0;
-    std::size_t constrained = 0;  ///< vertices kept from their targets, so that nothing becomes flat
+    std::size_t constrained = 0;  ///< vertices that did not reach their targets, because a simplex would become flat
     double largest = 0;           ///< largest move
     VertexId farthest = {};       ///< vertex of the largest move
 };
 
-/// Moves vertices of facets on the model to the closest point of their entity: the model's vertex for three faces (2D:
-/// two curves), the edge for two faces, else the virtual face. At the end of the part of the boundary on the model, it
-/// is the face's rim. Beside another surface that `geometry` prescribes, it is the curve of both; `geometry` contains
-/// the model. Elements preserve a fifth of their volume, facets a fifth of their area along their normal. Moves that
-/// violate this are halved up to six times, then dropped. Required vertices are fixed. Errors: stopped.
+/// Moves each vertex of facets on the model to the closest point of a model entity:
+/// - One face at the vertex: its virtual face.
+/// - Two faces: their edge.
+/// - Three or more faces (2D: two curves): their model vertex.
+/// - At the end of the part of the boundary on the model: the rim of the face.
+/// - Beside another surface that `geometry` prescribes: the curve of both surfaces. `geometry` contains the model.
+///
+/// Elements preserve a fifth of their volume, facets a fifth of their area along their normal. Moves that violate this
+/// are halved up to six times, then dropped. Required vertices are fixed. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<VerticesOnModel<D>> vertices_onto(const CadModel& model, const CadAssociation& association,
                                                         const LinearMesh<D>& mesh, const Geometry<D>& geometry,

@@ -48,7 +48,8 @@ bool coincide(const CadModel& model, std::size_t a, std::size_t b) {
     return true;
 }
 
-/// Larger distance of the ends + distance of the facet's middle + length × sine of the angle between the tangents.
+/// Returns max d(end) + d(middle) + length · sin θ, with the distance d from the edge and the angle θ between the
+/// tangents of facet and edge.
 double fit_error(const CadModel& model, std::size_t edge, const std::array<Vec<2>, 2>& ends) {
     const Vec<2> chord = ends[1] - ends[0];
     const CadCurveFoot foot = closest_on_curve(model, edge, midpoint(ends[0], ends[1]));
@@ -56,7 +57,6 @@ double fit_error(const CadModel& model, std::size_t edge, const std::array<Vec<2
            std::max(closest_on_curve(model, edge, ends[0]).distance, closest_on_curve(model, edge, ends[1]).distance);
 }
 
-/// True for a closed edge with a corner at its ends.
 bool has_kink(const occ::Kernel& kernel, std::size_t edge) {
     constexpr double min_sine = 1e-3;
     const occ::EdgeFacts& facts = kernel.edges[edge];
@@ -69,7 +69,7 @@ bool has_kink(const occ::Kernel& kernel, std::size_t edge) {
 }  // namespace
 
 Outcome<Done> check_flatness(const CadModel& model) {
-    constexpr double flat = 1e-7;  // relative to the size, as OpenCASCADE's tolerance
+    constexpr double flat = 1e-7;  // relative to the model's size, like OpenCASCADE's tolerance
     const CadParts& parts = model.parts();
     if (parts.edges.empty())
         return fail(ErrorKind::input, "the model has no edges for the boundary of a mesh in 2D", {}, {},
@@ -271,7 +271,6 @@ class CurvesModel final : public GeometryModel<2> {
         return cad_.model.parts().kernel->edges[curve];
     }
 
-    /// Closest point of a curve and of the curves joined to it.
     [[nodiscard]] VirtualCurveFoot closest_from(std::size_t curve, const Vec<2>& p) const {
         if (joined_[curve] == no_face) return {curve, closest_on_curve(cad_.model, curve, p)};
         return closest_on_virtual_face(cad_.model, curve, p,

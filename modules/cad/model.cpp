@@ -26,7 +26,7 @@ namespace {
 struct Library {
     occ::Open* open = nullptr;
     occ::Restore* restore = nullptr;
-    std::string missing;  ///< loading error
+    std::string missing;  ///< error message if the library cannot be loaded
 };
 
 Library loaded() {

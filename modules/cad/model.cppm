@@ -15,7 +15,6 @@ import camber.core;
 import camber.surface;
 
 namespace camber {
-/// Internal data of a model: the library's kernel and search structures.
 struct CadParts;
 }  // namespace camber
 
@@ -55,11 +54,11 @@ struct CadOptions {
     friend bool operator==(const CadOptions&, const CadOptions&) = default;
 };
 
-/// Numbers of entities of a file that the model lacks.
+/// Numbers of entities in the file that are missing in the model.
 struct CadLosses {
-    std::size_t faces = 0;        ///< not converted
-    std::size_t entities = 0;     ///< transfer failed
-    std::size_t open_shells = 0;  ///< in solids
+    std::size_t faces = 0;        ///< faces that were not converted
+    std::size_t entities = 0;     ///< entities whose transfer failed
+    std::size_t open_shells = 0;  ///< open shells in solids
 };
 
 /// A CAD model: immutable, thread-safe. Faces, edges and vertices are numbered from 0, in the order of their first
@@ -73,9 +72,9 @@ class CadModel {
     [[nodiscard]] std::size_t vertices() const;
     [[nodiscard]] Box<3> bounds() const;
     [[nodiscard]] Vec<3> vertex(std::size_t vertex) const;
-    /// The file's name for its unit; empty: none.
+    /// Name of the unit in the file; empty if the file has none.
     [[nodiscard]] std::string file_unit() const;
-    /// Unit of coordinates: a word of CadUnit, else the file's name for it.
+    /// Unit of the model's coordinates: a word of `CadUnit`, or the name in the file.
     [[nodiscard]] std::string unit() const;
     [[nodiscard]] bool is_in_file_unit() const;
     [[nodiscard]] CadLosses losses() const;
@@ -96,8 +95,8 @@ inline constexpr std::string_view cad_endings = ".step, .stp, .iges, .igs or .br
 /// may crash, hang or exhaust memory; read them in a separate process, with the functions below.
 [[nodiscard]] Outcome<CadModel> read_cad(const std::string& path, const CadOptions& options);
 
-/// Converts a model to bytes and back, bitwise equal in any unit, for processes of one version. Errors of
-/// `unpacked_cad`: those of `read_cad`.
+/// Convert a model to bytes and back, in any unit. The restored model is bitwise equal. Both processes must run the
+/// same version of Camber. Errors of `unpacked_cad`: those of `read_cad`.
 [[nodiscard]] Outcome<std::string> packed_cad(const CadModel& model);
 [[nodiscard]] Outcome<CadModel> unpacked_cad(const std::string& bytes, const CadOptions& options);
 
@@ -111,12 +110,13 @@ struct CadFoot {
     double distance = 0;
 };
 
-/// Closest point of a face. If the closest point of the untrimmed surface is outside the face, it is that of the face's
-/// edges. Exact within rounding for points nearer than the radius of curvature. Points on the face within rounding are
-/// returned bit for bit.
+/// Returns the closest point of a face. If the closest point of the untrimmed surface is outside the face, returns the
+/// closest point of the face's edges. The result is exact within rounding for points nearer than the radius of
+/// curvature. A point on the face within rounding is returned unchanged.
 [[nodiscard]] CadFoot closest_on_face(const CadModel& model, std::size_t face, const Vec<3>& p);
 
-/// Starts from the parameters of a nearby point of the face; faster, and equal up to rounding.
+/// Starts the search at `near`, the parameters of a nearby point of the face. The result is equal up to rounding, but
+/// faster.
 [[nodiscard]] CadFoot closest_on_face(const CadModel& model, std::size_t face, const Vec<3>& p,
                                       const std::array<double, 2>& near);
 
@@ -126,68 +126,72 @@ struct CadFoot {
 [[nodiscard]] EntityPoint<3> point_on_face(const CadModel& model, std::size_t face, const std::array<double, 2>& uv);
 [[nodiscard]] EntityPoint<3> point_on_edge(const CadModel& model, std::size_t edge, double t);
 
-/// Closest of these faces, the lowest of equally near ones; empty without faces.
+/// Returns the closest face to p, or the lowest of equally near faces. Empty without faces.
 [[nodiscard]] std::optional<std::size_t> nearest_face(const CadModel& model, std::span<const std::size_t> faces,
                                                       const Vec<3>& p);
 
 /// Face number of facets off the model.
 inline constexpr std::uint32_t no_face = 0xffffffffU;
 
-/// A face or edge of the model from which too many vertices of the mesh are off.
+/// A face or edge of the model from which too many mesh vertices are too far away.
 struct CadFitError {
-    bool is_edge = false;  ///< edge between two faces; 2D: always false
+    bool is_edge = false;  ///< true: an edge between two faces; 2D: always false
     std::size_t number = 0;
     VertexFit fit;
 };
 
-/// Facets that cross a ridge of the model: some of their vertices are on a face beyond it.
+/// Facets that cross a ridge of the model: some of their vertices are on a face on the other side of the ridge.
 struct FacetsAcrossRidges {
     std::size_t count = 0;
     FacetId first = {};
     Vec<3> place;  ///< a point on the ridge; 2D: z = 0
 };
 
-/// Face of the model for each facet of a mesh. In 2D, edges have the role of faces, and vertices are where two edges
-/// meet.
+/// Face of the model for each facet of a mesh. In 2D, edges have the role of faces, and corners are vertices where two
+/// edges meet.
 struct CadAssociation {
     Column<std::uint32_t> faces;  ///< one per facet; `no_face`: off the model
-    /// Parameters of the face at the point closest to each facet's middle, as starts of searches; unused in 2D.
+    /// For each facet: parameters of the face at the closest point to the facet's middle, where searches start. Unused
+    /// in 2D.
     Column<std::array<double, 2>> middles;
-    /// References, ascending, with their faces, ascending.
+    /// Each reference with the faces of its facets. Both are ascending.
     std::vector<std::pair<Reference, std::vector<std::size_t>>> of_references;
 
     std::size_t facets = 0;  ///< facets on the model
 
-    /// Mesh edges on a model edge between two faces, and mesh vertices on a model vertex of three or more faces; both
-    /// ascending. Some are smooth, so the mesh alone does not show them.
+    /// `ridges`: mesh edges on a model edge between two faces. `corners`: mesh vertices on a model vertex of three or
+    /// more faces. Both are ascending. Some are smooth, so the mesh alone does not show them.
     std::vector<EdgeId> ridges;
     std::vector<VertexId> corners;
 
-    std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< entities that the mesh uses
-    std::size_t coincident_facets = 0;   ///< facets with another coincident face (touching solids); the first is used
-    std::size_t ambiguous_facets = 0;    ///< facets that another face, not joined to theirs, fits nearly as well
+    std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< numbers of model entities on which the mesh has
+                                                                 ///< facets, edges and vertices
+    std::size_t coincident_facets = 0;   ///< facets that fit two coincident faces (touching solids); the first is used
+    std::size_t ambiguous_facets = 0;    ///< facets that a second face, not joined to the best one, fits nearly as well
     std::size_t settled_facets = 0;      ///< ambiguous facets that got the face of the other facets of their reference
     std::size_t ambiguous_edges = 0;     ///< mesh edges between faces without a common edge
     std::size_t ambiguous_vertices = 0;  ///< mesh vertices between three or more faces, far from any model vertex
     std::size_t vertices = 0;            ///< vertices of facets on the model
     std::size_t off_vertices = 0;        ///< vertices farther from the model than their longest edge
-    std::size_t detached_vertices = 0;   ///< vertices that far from the common edge or vertex of their faces
-    double largest_vertex_distance = 0;  ///< from its face, edge or vertex
+    std::size_t detached_vertices = 0;   ///< vertices farther than their longest edge from the common edge or vertex of
+                                         ///< their faces
+    double largest_vertex_distance = 0;  ///< of a vertex from its face, edge or vertex
     VertexId farthest_vertex = {};
 
-    /// Lists (ascending) of faces that meet smoothly and that the mesh treats as one: facets span them, or one of them
-    /// has no facets.
+    /// Lists of faces (ascending) that meet smoothly and count as one face: a facet spans them, or one of them has no
+    /// facets.
     std::vector<std::vector<std::size_t>> joined;
     FacetsAcrossRidges across;
     std::optional<CadFitError> fit_error;  ///< entity with the largest share of off vertices; empty: the mesh fits
 };
 
-/// Associates each facet with the face that fits its vertices, middle and normal best. An ambiguous facet, which two
-/// faces fit similarly well, gets the face of the unambiguous facets of its reference and entity, if unique.
+/// Associates each facet with the face that fits its vertices, middle and normal best. A facet is ambiguous if two
+/// faces fit it similarly well. It then gets the face that nearly all unambiguous facets of its reference and entity
+/// have, if there is one.
 ///
 /// Errors (input):
-/// - More than a tenth of the sampled facets, or half of those of one reference, are farther from the model than half
-///   of their longest edge, or transverse to it.
+/// - More than a tenth of the sampled facets, or more than half of those of one reference, are off the model. Such
+///   facets are farther from the model than half of their longest edge, or transverse to it.
 /// - A vertex is detached, or more than a tenth of the vertices are off (see `CadAssociation`).
 /// - The mesh has no boundary, or the model no faces. 2D: the model is not in a plane z = constant.
 ///
@@ -196,24 +200,24 @@ template <int D>
 [[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                 const CadModel& model, const Execution& execution);
 
-/// For a model of part of the boundary, or of more than the mesh. Facets of references in `excluded` (ascending) are
-/// not on the model.
+/// Associates facets with a model of only part of the boundary, or of more than the mesh. Facets with a reference in
+/// `excluded` (ascending) get no face.
 template <int D>
 [[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                 const CadModel& model, std::span<const Reference> excluded,
                                                 const Execution& execution);
 
-/// Returns the model in the unit of the mesh: unchanged if the sampled facets of each reference lie on it, else in the
-/// only other unit for which they do. If none or several fit, it is unchanged (`associate` then fails). Errors:
-/// stopped, and those of `in_unit`.
+/// Returns the model in the unit of the mesh. If the sampled facets of each reference lie on the model, it is
+/// unchanged. Otherwise it is converted to the only other unit for which they do. If no unit or several units fit, it
+/// is unchanged, and `associate` fails. Errors: stopped, and those of `in_unit`.
 template <int D>
 [[nodiscard]] Outcome<CadModel> in_unit_of(const LinearMesh<D>& mesh, const CadModel& model,
                                            std::span<const Reference> excluded, const Execution& execution);
 
-/// Returns the references (ascending) whose facets are inside one material and off the model, for example sheets (2D:
-/// lines) added to the mesh. All their facets have elements of equal reference on both sides. Over half of their
-/// sampled facets have a corner farther from the model than `off_limit` times the longest side. `excluded`: ascending.
-/// Errors: stopped, memory.
+/// Returns the references (ascending) of facets inside one material and off the model, such as sheets (2D: lines) added
+/// to the mesh. Each facet of such a reference has elements of equal reference on both sides. More than half of its
+/// sampled facets have a corner farther from the model than `off_limit` times the longest side. `excluded`: references
+/// (ascending) that are not tested. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Reference>> references_within_materials(const LinearMesh<D>& mesh,
                                                                           const CadModel& model,
@@ -223,21 +227,21 @@ template <int D>
 /// Fit of the best face to a facet (model units).
 struct CadFit {
     std::size_t face = 0;
-    double fit_error = 0;            ///< 0: same vertices, middle and normal
-    double second = 0;               ///< error of the second-best face, exact up to twice `fit_error`
-    double other = 0;                ///< as `second`, among faces that do not meet the best one smoothly
-    std::array<double, 2> middle{};  ///< parameters of the face at the facet's middle; unused in 2D
-    bool has_twin = false;           ///< another face coincides with the best one; it does not count as second
+    double fit_error = 0;            ///< 0: vertices, middle and normal agree with the face
+    double second = 0;               ///< fit error of the second-best face, exact up to twice `fit_error`
+    double other = 0;                ///< like `second`, but without faces that meet the best one smoothly
+    std::array<double, 2> middle{};  ///< parameters of the best face at the facet's middle; unused in 2D
+    bool has_twin = false;           ///< another face coincides with the best one; it is not the second-best
 };
-/// Returns the best of these faces (at least one), the lowest of coincident or equally good ones.
+/// Returns the best-fitting of these faces (at least one), or the lowest if several coincide or fit equally well.
 [[nodiscard]] CadFit best_face(const CadModel& model, std::span<const std::size_t> faces,
                                const std::array<Vec<3>, 3>& corners);
 
-/// Closest edge to the points among common edges of two of these faces (ascending), or among the edges of a single
-/// face. Touching solids have separate edges: without a common edge, returns an edge of one face through the points.
+/// Returns the closest edge to the points: a common edge of the first two faces (ascending) that have one, or an edge
+/// of a single face. Touching solids have separate edges. Without a common edge, returns an edge of one face through
+/// the points.
 [[nodiscard]] std::optional<std::size_t> edge_between(const CadModel& model, std::span<const std::size_t> faces,
                                                       std::span<const Vec<3>> points);
-/// Closest vertex of these faces.
 [[nodiscard]] std::optional<std::size_t> vertex_between(const CadModel& model, std::span<const std::size_t> faces,
                                                         const Vec<3>& p);
 

@@ -45,8 +45,8 @@ struct EntityCells {
     std::vector<Box<3>> boxes;
     std::vector<OrientedBox> oriented;  ///< for faces: boxes along the tangent plane, tighter for thin oblique cells
     BoxTree<3> tree;
-    Box<3> bounds;  ///< box of the samples
-    Box<3> reach;   ///< encloses the entity
+    Box<3> bounds;  ///< box of sampled points
+    Box<3> reach;   ///< box that encloses the entity
 };
 
 /// Groups of faces (2D: edges) that meet smoothly. Each group is a virtual face.
@@ -62,12 +62,12 @@ struct CadParts {
     std::vector<EntityCells> faces, edges;
     BoxTree<3> tree_of_faces;  ///< over the boxes `reach`
     VirtualFaces virtual_faces, virtual_curves;
-    Box<3> bounds;  ///< bounds of faces, else of edges
+    Box<3> bounds;  ///< box of all faces; without faces, of all edges
     Box<3> of_edges;
-    double size = 0;  ///< bounds' diagonal
+    double size = 0;  ///< diagonal of `bounds`
 };
 
-/// Lower bound of the distance, from boxes of cells.
+/// Returns a lower bound of the distance of p from the face, from boxes of cells.
 [[nodiscard]] double least_distance(const CadParts& parts, std::size_t face, const Vec<3>& p);
 
 /// Computes distances from a face, equal to those of `closest_on_face` up to rounding. Each search starts at an earlier
@@ -84,7 +84,7 @@ class FaceDistances {
 
   private:
     struct Place {
-        Vec<3> from;  ///< point whose closest point this is
+        Vec<3> from;  ///< point to which this is the closest point
         std::array<double, 2> uv{};
         occ::SurfaceJet jet{};
     };
@@ -99,7 +99,7 @@ class FaceDistances {
     const CadModel* model_;
     std::size_t face_;
     std::optional<Place> last_, first_of_row_;
-    std::optional<std::size_t> edge_;  ///< last edge with a closest point
+    std::optional<std::size_t> edge_;  ///< last edge that contained a closest point
     double on_edge_ = 0;
     std::size_t searches_ = 0;
 };
@@ -117,7 +117,8 @@ class FaceDistances {
 /// Two faces fit similarly well if their fit errors differ at most by this factor.
 inline constexpr double ambiguity_ratio = 2;
 
-/// Largest distance of a match, as a share of the length of a mesh edge (boxes: of the diagonal).
+/// Largest distance between matching entities of mesh and model, divided by the length of a mesh edge. For boxes, it is
+/// divided by the diagonal.
 inline constexpr double match_tolerance = 0.1;
 
 /// Vertices farther from the model than this times their longest edge are off the model. Smaller distances may be due
@@ -157,16 +158,16 @@ inline constexpr double smooth_angle_degrees = 3;
 [[nodiscard]] VirtualFaces virtual_faces(const occ::Kernel& kernel);
 [[nodiscard]] VirtualFaces virtual_curves(const occ::Kernel& kernel);
 
-/// True for a face in which the search may continue.
+/// Returns true for a face in which a search may continue.
 using MayTake = std::function<bool(std::size_t)>;
 
 struct VirtualFoot {
     std::size_t face = 0;
     CadFoot foot;
-    std::vector<std::size_t> through = {};  ///< faces that the search passed before
+    std::vector<std::size_t> through = {};  ///< faces that the search passed before `face`
 };
-/// Closest point of the virtual face of `face`, where the search starts. While the closest point is on a rim, the
-/// search continues in smooth neighbours if they are nearer.
+/// Returns the closest point to p of the virtual face that contains `face`. The search starts in `face`. At a rim it
+/// continues in smooth neighbours that are nearer.
 [[nodiscard]] VirtualFoot closest_on_virtual_face(const CadModel& model, std::size_t face, const Vec<3>& p,
                                                   const MayTake& may_take = {});
 /// In 2D curves have the role of faces.
@@ -179,51 +180,55 @@ struct VirtualCurveFoot {
 [[nodiscard]] VirtualCurveFoot closest_on_virtual_face(const CadModel& model, std::size_t curve, const Vec<2>& p,
                                                        const MayTake& may_take = {});
 
-/// Model entity of points between facets on two or more faces.
+/// Model entity where mesh facets on two or more faces meet.
 struct Junction {
     enum class On { nothing, face, edge, vertex };
 
     On on = On::nothing;
     std::size_t number = 0;
-    double distance = 0;           ///< largest distance of the points
-    bool is_within_group = false;  ///< on no edge, between faces of one virtual face
-    bool is_chain = false;         ///< chain of edges; `number` is the edge nearest to the middle
+    double distance = 0;           ///< largest distance of a point from the entity
+    bool is_within_group = false;  ///< not on an edge; all faces belong to one virtual face
+    bool is_chain = false;         ///< true: a chain of edges; `number` is the edge nearest to the middle of the points
 };
-/// Largest distances that count as on an edge or vertex: where faces meet sharply, and smoothly.
+/// Points within these distances count as on an edge or vertex. `ridge`: faces meet sharply; `smooth`: faces meet
+/// smoothly.
 struct Reach {
     double ridge = 0, smooth = 0;
 };
-/// Largest distance from a smooth model edge that a mesh edge follows, as a share of the mesh edge's length.
+/// Largest distance between a smooth model edge and a mesh edge that follows it, divided by the length of the mesh
+/// edge.
 inline constexpr double smooth_reach = 0.005;
 [[nodiscard]] inline Reach reach_along(const std::array<Vec<3>, 2>& ends) {
     const double length = distance(ends[0], ends[1]);
     return {match_tolerance * length, smooth_reach * length};
 }
 
-/// Returns the first of these entities that exists, for at least two faces (ascending):
-/// - Edge between the faces within reach of all points.
+/// Returns the entity where two or more faces (ascending) meet. It is the first of these that exists:
+/// - The edge between the faces, if all points are within reach.
 /// - For one virtual face: its face nearest to the middle of the points.
-/// - For two virtual faces: the chain of edges between them within reach.
-/// - Closest edge between any of the faces, beyond reach.
+/// - For two virtual faces: the chain of edges between them, if within reach. It precedes an edge that is farther.
+/// - The closest edge between two of the faces, beyond reach.
 [[nodiscard]] Junction junction_at(const CadModel& model, std::span<const std::size_t> faces,
                                    std::span<const Vec<3>> points, const Reach& reach);
-/// Like `junction_at`, for a mesh vertex. With more than two faces, a model vertex within reach comes first (within one
-/// or two virtual faces, within the smooth reach). With three or more virtual faces, or if the edge found is beyond
-/// reach, the result is the closest vertex.
+/// Like `junction_at`, for a mesh vertex at p. For more than two faces, it is the first of these that exists:
+/// - The closest model vertex, if within reach. For one or two virtual faces, `Reach::smooth` is the limit.
+/// - For one or two virtual faces: the result of `junction_at`, unless it is an edge beyond reach.
+/// - The closest model vertex, beyond reach.
 [[nodiscard]] Junction junction_at_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p,
                                           const Reach& reach);
-/// Closest edge between the virtual faces of these faces. Searches edges of faces at most two smooth edges away.
+/// Returns the closest edge to p where exactly the virtual faces of `faces` meet. Searches the edges of `faces` and of
+/// faces at most two smooth edges away.
 [[nodiscard]] std::optional<std::size_t> chain_edge(const CadModel& model, std::span<const std::size_t> faces,
                                                     const Vec<3>& p);
 
-/// Sets joined faces and facets across ridges in `association`. `fits`: one per facet. `pairs`: faces on both sides of
-/// mesh edges (2D: vertices) inside virtual faces. Errors: stopped.
+/// Sets `joined` and `across` of `association`. `fits`: one per facet. `pairs`: the two faces at each mesh edge (2D:
+/// vertex) inside a virtual face. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::span<const CadFit> fits,
                                        std::span<const std::array<std::size_t, 2>> pairs, const Execution& execution,
                                        CadAssociation& association);
 
-/// For each face, the number of its list in `joined`, or `no_face`.
+/// Returns the number of each face's list in `CadAssociation::joined`, or `no_face`.
 [[nodiscard]] std::vector<std::uint32_t> joined_lists(const CadAssociation& association, std::size_t faces);
 
 template <int D>

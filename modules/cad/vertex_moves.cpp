@@ -30,7 +30,7 @@ class Targets {
             const Geometry<3>& geometry)
         : model_(model), association_(association), mesh_(mesh), geometry_(geometry) {}
 
-    /// Target of a vertex; empty if no facet is on the model, or its entity is unknown.
+    /// Returns the target of a vertex. Empty if none of its facets is on the model, or if its model entity is unknown.
     [[nodiscard]] std::optional<Vec<3>> operator()(std::span<const FacetId> facets, const Vec<3>& p) const {
         const auto faces = faces_of(association_, facets);
         if (faces.empty()) return std::nullopt;
@@ -68,7 +68,7 @@ class Targets {
         }
         return std::nullopt;
     }
-    /// Target where the part of the boundary on the model ends.
+    /// Returns the target of a vertex at the end of the part of the boundary on the model.
     [[nodiscard]] std::optional<Vec<3>> at_rim(std::span<const std::size_t> face, std::span<const FacetId> facets,
                                                const Vec<3>& p, double near) const {
         EdgeSite<3> site{{}, EdgeKind::ridge, {p, p}, {}};
@@ -134,7 +134,7 @@ class TargetsInPlane {
 template <int D>
 using TargetsOf = std::conditional_t<D == 2, TargetsInPlane, Targets>;
 
-/// Targets of the vertices. `shares`: share of each vertex's move; 0: fixed.
+/// Moves of vertices to their targets. `shares`: executed share of each move, from 0 (fixed) to 1.
 template <int D>
 struct MovesOntoModel {
     const LinearMesh<D>& mesh;
@@ -155,7 +155,7 @@ struct MovesOntoModel {
 
 constexpr double preserved_share = 0.2;
 
-/// True if the moved element preserves a share of its volume, or had none.
+/// True if the moved element preserves a fifth of its volume, or if it had none.
 template <int D>
 bool is_sound(const MovesOntoModel<D>& moves, const SimplexVertices<D>& element) {
     std::array<Vec<D>, D + 1> before, after;
@@ -167,11 +167,10 @@ bool is_sound(const MovesOntoModel<D>& moves, const SimplexVertices<D>& element)
     return volume <= 0 || signed_volume<D>(after) >= preserved_share * volume;
 }
 
-/// Normal whose length is twice the triangle's area; 2D: the edge vector.
 Vec<3> area_vector(const std::array<Vec<3>, 3>& c) { return cross(c[1] - c[0], c[2] - c[0]); }
 Vec<2> area_vector(const std::array<Vec<2>, 2>& c) { return c[1] - c[0]; }
 
-/// True if the moved facet preserves a share of its area along its normal.
+/// True if the moved facet preserves a fifth of its area along its normal.
 template <int D>
 bool is_sound_facet(const MovesOntoModel<D>& moves, const SimplexVertices<D - 1>& facet) {
     std::array<Vec<D>, D> before, after;
@@ -196,7 +195,7 @@ Outcome<std::vector<std::size_t>> flattened(const MovesOntoModel<D>& moves, cons
     return found;
 }
 
-/// Halves the moves at flat simplices, and finally drops them, until no simplex is flat.
+/// Halves the moves of vertices of flat simplices until no simplex is flat. After six halvings, drops the moves.
 template <int D>
 Outcome<Done> limit_moves(MovesOntoModel<D>& moves, const Execution& execution) {
     constexpr int halvings = 6;

@@ -48,7 +48,6 @@ VirtualFaces grouped(std::vector<std::vector<std::size_t>> beside) {
     return out;
 }
 
-/// Unit tangent of an edge at one of its ends, pointing into the edge.
 Vec<3> leaving(const occ::Kernel& kernel, std::size_t edge, bool is_first) {
     const occ::EdgeFacts& facts = kernel.edges[edge];
     const Vec<3> tangent = vec(kernel.on_curve(edge, is_first ? facts.first : facts.last).first);
@@ -72,7 +71,7 @@ std::vector<std::vector<std::pair<std::size_t, bool>>> ends_at_vertices(const oc
 
 double negligible(const CadModel& model) { return 1e-9 * model.parts().size; }
 
-/// True if the foot is on a rim: the face would be nearer if it were extended.
+/// True if `foot`, the closest point of a face to p, is on the rim: p − foot is not parallel to the normal.
 template <int D>
 bool is_on_rim(const CadModel& model, const Vec<D>& foot, const Vec<D>& normal, const Vec<D>& p) {
     constexpr double parallel = 1e-3;
@@ -108,7 +107,6 @@ double farthest_from(const CadModel& model, std::size_t edge, std::span<const Ve
     return farthest;
 }
 
-/// Virtual faces of these faces, each named by its lowest face; ascending.
 std::vector<std::uint32_t> groups_of(const CadModel& model, std::span<const std::size_t> faces) {
     std::vector<std::uint32_t> groups;
     groups.reserve(faces.size());
@@ -118,7 +116,6 @@ std::vector<std::uint32_t> groups_of(const CadModel& model, std::span<const std:
     return groups;
 }
 
-/// These faces and the faces at most two smooth edges away, ascending.
 std::vector<std::size_t> with_neighbours(const CadModel& model, std::span<const std::size_t> faces) {
     std::vector<std::size_t> all(faces.begin(), faces.end());
     for (int ring = 0; ring < 2; ++ring) {
@@ -246,7 +243,7 @@ Junction junction_at_vertex(const CadModel& model, std::span<const std::size_t> 
 
 namespace {
 
-/// Union-find sets of faces, each named by its lowest.
+/// Disjoint sets of faces, each identified by its lowest face.
 class JoinedFaces {
   public:
     explicit JoinedFaces(std::size_t faces) : lowest_(faces) {
@@ -257,7 +254,6 @@ class JoinedFaces {
         b = find(b);
         lowest_[std::max(a, b)] = std::min(a, b);
     }
-    /// Sets of more than one face, ascending.
     [[nodiscard]] std::vector<std::vector<std::size_t>> lists() {
         std::map<std::size_t, std::vector<std::size_t>> sets;
         for (std::size_t face = 0; face < lowest_.size(); ++face) sets[find(face)].push_back(face);
@@ -285,13 +281,12 @@ std::optional<std::size_t> nearest_of_all(const CadModel& model, std::span<const
 Vec<3> in_space(const Vec<2>& p) { return {{p[0], p[1], 0}}; }
 Vec<3> in_space(const Vec<3>& p) { return p; }
 
-/// Faces on which a facet's vertices are, beyond the rim of its associated face.
+/// Other faces on which vertices of a facet are, beyond the rim of its associated face.
 struct Span {
-    std::vector<std::array<std::size_t, 2>> pairs;  ///< pairs of joined faces
+    std::vector<std::array<std::size_t, 2>> pairs;  ///< pairs of faces that the facet joins
     std::optional<Vec<3>> ridge;                    ///< point where the facet crosses a ridge
 };
 
-/// For facets that do not fit their face closely.
 template <int D>
 Span span_of(const CadModel& model, std::span<const std::size_t> all, std::size_t face,
              const std::array<Vec<D>, D>& corners) {
@@ -332,7 +327,7 @@ Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::
     JoinedFaces joined(groups.groups.size());
     for (const auto& [a, b] : pairs) {
         joined.join(a, b);
-        // A sliver between the faces has no facets at this edge; otherwise it would be in the pair.
+        // A sliver between both faces has no facets at this edge; otherwise the pair would contain the sliver.
         const auto& [near_a, near_b] = std::tie(groups.beside[a], groups.beside[b]);
         if (std::binary_search(near_a.begin(), near_a.end(), b)) continue;
         for (const std::size_t face : near_a)
@@ -348,7 +343,7 @@ Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::
         association.across.first = FacetId(f);
         association.across.place = *span.ridge;
     }
-    // In a mesh of the whole boundary, faces without facets are covered by facets of their neighbours.
+    // In a mesh of the whole boundary, a face without facets is covered by facets of its neighbours.
     if (association.facets == mesh.facets.size())
         for (const std::size_t face : all)
             for (const std::size_t other : groups.beside[face])

@@ -1,5 +1,5 @@
-/// Dynamic meshes, whose topology changes at the cost of the change; stars, which join cavities to a point; and
-/// patches, which replace cavities.
+/// Dynamic meshes, whose topology changes in time proportional to the change. Stars join cavities to a point. Patches
+/// replace cavities in a mesh.
 export module camber.cavity;
 export import :mesh;
 export import :patch;

@@ -11,7 +11,7 @@ import camber.cavity;
 using namespace camber;
 
 int main() {
-    Buffer<Vec<2>> points(11, Vec<2>{});  // the last is the hub
+    Buffer<Vec<2>> points(11, Vec<2>{});  // the last point is the hub
     Buffer<SimplexVertices<2>> triangles(10);
     Buffer<SimplexVertices<1>> rim(10);
     for (std::size_t i = 0; i < 10; ++i) {

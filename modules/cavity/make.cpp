@@ -27,7 +27,7 @@ Outcome<Done> check_sizes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, co
     return Done{};
 }
 
-/// Errors: input, for the first element with a face on the boundary or between references without a facet.
+/// Errors: input, for the first element that lacks a facet on a face of the boundary or between two references.
 template <int D>
 Outcome<Done> check_facets(const DynamicMesh<D>& mesh, const Execution& execution) {
     const std::size_t none = mesh.elements.size();
@@ -50,7 +50,7 @@ template <class Columns>
 Reference entity_of(const Columns& entities, std::size_t i) {
     return entities.empty() ? 0 : entities[i];
 }
-/// Marks that distinguish kinds of lines: a vertex between lines of different kinds is a corner.
+/// Marks that give the kind of a line. A vertex between lines of different kinds is a corner.
 Marks kind_of(Marks marks) {
     Marks kind;
     for (const Mark mark : {Mark::ridge, Mark::implied, Mark::embedded})
@@ -91,7 +91,8 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
         const auto facets = facet_shells[e];
         if (facets.empty()) return false;
         if (!breaks.edge_kinds.empty() && breaks.edge_kinds[e] == EdgeKind::ridge) return true;
-        // Walks from face to face do not reach a facet without elements.
+        // An edge of a facet without elements becomes a line, because walks from element to element do not find that
+        // facet.
         if (std::ranges::any_of(facets, [&](FacetId f) { return !sides[f][0].valid(); })) return true;
         return facets.size() != 2 || mesh.facets.references[facets[0]] != mesh.facets.references[facets[1]] ||
                entity_of(mesh.facets.entities, facets[0].index()) != entity_of(mesh.facets.entities, facets[1].index());
@@ -103,7 +104,7 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
     return lines;
 }
 
-/// Lines (2D: facets) at a vertex. `mixed`: the lines differ in reference, entity or kind.
+/// Lines (2D: facets) that meet at a vertex. `mixed`: they differ in reference, entity or kind.
 struct Meeting {
     std::uint32_t count = 0;
     Reference reference = 0, entity = 0;
@@ -118,7 +119,7 @@ struct Meeting {
     }
 };
 
-/// `inside`: ends of lines without facets.
+/// Returns the states of all vertices. `inside`: ends of lines that have no facets.
 template <int D>
 Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& result, const BreaksOfMesh& breaks,
                            std::span<const VertexId> inside) {
@@ -166,7 +167,6 @@ void mark_input_data(const InputGeometry<D>& geometry, Buffer<VertexState>& stat
     for (const auto& on : geometry.on_surfaces) mark(on.item);
 }
 
-/// Freezes vertices whose surroundings cannot be changed soundly.
 template <int D>
 Outcome<Done> freeze_vertices(const LinearMesh<D>& mesh, const DynamicMesh<D>& result,
                               const Incidence<ElementId>& balls, const EdgeSet<D>& edges, Buffer<VertexState>& states,
@@ -259,7 +259,6 @@ DynamicSimplices<K> with_marks(const Simplices<K>& simplices, Reference none) {
     return {simplices.vertices, std::move(references), simplices.entities, std::move(marks)};
 }
 
-/// The elements of a facet in ascending order, and their local vertices opposite the facet.
 template <int D>
 struct FacetPlace {
     FacetSides sides;
@@ -371,10 +370,10 @@ namespace {
 
 constexpr std::uint32_t no_piece = std::numeric_limits<std::uint32_t>::max();
 
-/// Pieces of a surface, connected by edges of exactly two triangles, in the order of their first triangles. A triangle
-/// belongs to no piece and does not change if it meets its own piece at an edge of more than two triangles.
+/// Pieces of a surface, connected by edges of exactly two triangles. Triangles of one piece that share an edge of more
+/// than two triangles are in no piece and do not change.
 struct Pieces {
-    Buffer<std::uint32_t> of;  ///< piece of each triangle
+    Buffer<std::uint32_t> of;
     std::size_t count = 0;
 };
 
@@ -451,7 +450,8 @@ LinearMesh<3> joined_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& ed
     LinearMesh<3> joined = mesh;
     const std::size_t n = mesh.points.size();
     auto points = take(std::move(joined.points));
-    points.resize(n + pieces.count, points.front());  // placeholder: positions at infinity are never read
+    points.resize(n + pieces.count, points.front());  // placeholder: the positions of vertices at infinity are never
+                                                      // read
     joined.points = std::move(points);
     if (!joined.point_references.empty()) {
         auto references = take(std::move(joined.point_references));
@@ -469,7 +469,7 @@ LinearMesh<3> joined_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& ed
     return joined;
 }
 
-/// Kinds of all edges; edges to infinity have kind `surface`, because no surface breaks there.
+/// Kinds of all edges. Edges to infinity have kind `surface`, because the surface does not break there.
 Buffer<EdgeKind> kinds_of(const EdgeSet<3>& joined, const EdgeSet<3>& edges, const BreaksOfMesh& breaks) {
     Buffer<EdgeKind> kinds(breaks.edge_kinds.empty() ? 0 : joined.size(), EdgeKind::surface);
     for (std::size_t e = 0; e < kinds.size(); ++e) {

@@ -28,14 +28,12 @@ void add_facets(const DynamicMesh<D>& mesh, ElementId e, const std::array<bool, 
             found.push_back(mesh.face_neighbours[e][face].facet());
 }
 
-/// Compares without branches, so that several comparisons run at once.
 bool is_among(const std::vector<ElementId>& ids, ElementId id) {
     bool found = false;
     for (const ElementId i : ids) found |= i == id;
     return found;
 }
 
-/// Prefetches an element: elements around a vertex are scattered in memory.
 template <int D>
 void fetch_ahead(const DynamicMesh<D>& mesh, ElementId e) {
     __builtin_prefetch(&mesh.elements.vertices[e]);
@@ -76,7 +74,7 @@ void shell(const DynamicMesh<D>& mesh, ElementId e, int local_edge, std::vector<
         if (next.valid()) found.push_back(next);
     } else {
         const auto walk = [&](VertexId across) {
-            // Walks from e through the face opposite `across`.
+            // The walk starts at e and goes through the face opposite `across`.
             ElementId at = e;
             for (;;) {
                 const ElementId next = element_across(mesh, at, local_vertex(mesh.elements.vertices[at], across));
@@ -160,7 +158,7 @@ void cavity_of_edge(const DynamicMesh<D>& mesh, ElementId e, int k, Cavity<D>& o
     shell(mesh, e, k, out.elements);
     out.facets.clear();
     const auto is_inside = [&](VertexId v) { return mesh.states[v].place == VertexPlace::inside; };
-    if (std::ranges::none_of(mesh.edges[edge], is_inside))  // inner vertices have no facets
+    if (std::ranges::none_of(mesh.edges[edge], is_inside))  // an edge with an inner vertex has no facets
         facets_with(mesh, out.elements, edge, out.facets);
     out.lines.clear();
     if (const LineId line = mesh.line_at(edge); line.valid()) out.lines.push_back(line);
@@ -226,7 +224,6 @@ SimplexVertices<D - 1> sorted_face(const SimplexVertices<D>& v, int opposite) {
     return face;
 }
 
-/// Returns a message if the neighbour across the face does not refer back.
 template <int D>
 const char* wrong_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const auto own = sorted_face<D>(mesh.elements.vertices[e], face);
@@ -308,7 +305,6 @@ const char* wrong_line(const DynamicMesh<D>& mesh, LineId l) {
                : "the edge of a line does not refer to it";
 }
 
-/// Checks that each edge has an element or frozen ends, and that no two edges have the same ends.
 template <int D>
 Outcome<Done> check_edges(const DynamicMesh<D>& mesh) {
     std::vector<std::uint8_t> used(mesh.edges.size(), 0);

@@ -15,8 +15,8 @@ struct LineTag;
 /// A feature edge of the geometry or the input (3D).
 using LineId = Id<LineTag>;
 
-/// The neighbour across a face: an element, or a facet, whose `sides` give the element beyond. So no table of faces is
-/// necessary. Ids are below 2^31.
+/// The neighbour across a face: an element or a facet. The `sides` of a facet give the element beyond it, so no table
+/// of faces is necessary. Ids are below 2^31.
 class FaceNeighbour {
   public:
     constexpr FaceNeighbour() = default;
@@ -35,24 +35,24 @@ class FaceNeighbour {
     std::uint32_t value_ = 0xffffffffU;
 };
 
-/// Position of a vertex on surfaces and lines. In 2D the facets are the surface, and there are no lines.
+/// Kind of the place of a vertex. In 2D, facets form the surface, and there are no lines.
 enum class VertexPlace : std::uint8_t {
     inside,
-    surface,   ///< on one smooth piece of boundary or interface
-    line,      ///< on a curve: two lines of one reference meet here
-    corner,    ///< fixed: lines end or meet here, or the input lists it
-    infinity,  ///< only in standalone surfaces, see `make_dynamic_surface`
+    surface,   ///< on a smooth part of the boundary or an interface
+    line,      ///< on a curve: exactly two lines, with one reference, meet here
+    corner,    ///< fixed: lines end here, more than two meet here, or the input lists the vertex
+    infinity,  ///< auxiliary vertex, see `make_dynamic_surface`
 };
 
 enum class Mark : std::uint8_t {
     required = 1,        ///< must not change
-    frozen = 2,          ///< fixed: a facet has no elements, or the mesh touches itself
-    has_input_data = 4,  ///< has directions or associations of the input
+    frozen = 2,          ///< fixed: a facet here has no elements, or the mesh touches itself here
+    has_input_data = 4,  ///< the input has directions or associations for the vertex
     moved = 8,
-    ridge = 16,          ///< a ridge listed by the input
-    implied = 32,        ///< a line at which facets break, not listed by the input
-    corner = 64,         ///< a corner listed by the input
-    embedded = 128,      ///< a line at which no surface breaks
+    ridge = 16,      ///< a ridge listed by the input
+    implied = 32,    ///< a line not listed by the input, at which the surface breaks
+    corner = 64,     ///< a corner listed by the input
+    embedded = 128,  ///< a line at which the surface does not break
 };
 class Marks {
   public:
@@ -95,13 +95,14 @@ struct FreeSlots {
     friend bool operator==(const FreeSlots&, const FreeSlots&) = default;
 };
 
-/// Identity of a mesh value: copies share it, commits change it.
+/// Identifies a mesh value. Copies share the stamp; a commit creates a new one.
 using Stamp = std::shared_ptr<const char>;
 [[nodiscard]] inline Stamp new_stamp() { return std::make_shared<const char>(); }
 
-/// A linear or quadratic mesh whose topology changes at the cost of the change: an immutable value of columns, like
-/// `LinearMesh`. Ids are stable; slots are reused, the last freed first. In free slots, elements, facets and edges have
-/// invalid vertices, lines invalid edges, and vertices invalid elements (unless frozen).
+/// A linear or quadratic mesh whose topology changes in time proportional to the change. It is an immutable value of
+/// columns, like `LinearMesh`. Ids are stable. Slots are reused, the last freed first. In free slots, the vertices of
+/// an element, facet or edge are invalid, and so are the edge of a line and the element of a vertex (unless the vertex
+/// is frozen).
 template <int D>
 struct DynamicMesh {
     static constexpr int dimension = D;
@@ -180,10 +181,10 @@ template <std::size_t N>
 
 }  // namespace camber
 
-/// Neighbourhoods are found by walks, at the cost of the result.
+/// Neighbourhoods are found by walks, in time proportional to the result.
 export namespace camber {
 
-/// Element across a face, also beyond a facet; invalid on the boundary.
+/// Element across a face, or across the facet on that face; invalid on the boundary.
 template <int D>
 [[nodiscard]] inline ElementId element_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const FaceNeighbour across = mesh.face_neighbours[e][face];
@@ -200,32 +201,31 @@ template <int D>
     return across.is_facet() ? across.facet() : FacetId{};
 }
 
-/// The facet of an element in a standalone surface mesh.
 [[nodiscard]] inline FacetId facet_of(const DynamicMesh<3>& mesh, ElementId e) { return facet_at(mesh, e, 3); }
 
-/// Finds the elements around a vertex by a walk from face to face, which starts at `element_of`.
+/// Finds the elements around a vertex. Walks from element to element through faces, starting at `element_of`.
 template <int D>
 void ball(const DynamicMesh<D>& mesh, VertexId v, std::vector<ElementId>& found);
 
-/// Finds the elements around an edge by a walk from `e` from face to face, in one direction and, if that ends at the
-/// boundary, in the other.
+/// Finds the elements around an edge. Walks from `e` through faces in one direction and, if it reaches the boundary,
+/// also in the other.
 template <int D>
 void shell(const DynamicMesh<D>& mesh, ElementId e, int local_edge, std::vector<ElementId>& found);
 
-/// Finds the facets on faces of these elements that contain the vertex or edge, in ascending order.
+/// Finds the facets that are faces of these elements and contain the vertex (or edge), in ascending order.
 template <int D>
 void facets_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, VertexId v,
                  std::vector<FacetId>& found);
 template <int D>
 void facets_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, EdgeId edge,
                  std::vector<FacetId>& found);
-/// Finds the lines on edges of these elements that end at the vertex, in ascending order.
+/// Finds the lines that are edges of these elements and end at the vertex, in ascending order.
 template <int D>
 void lines_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, VertexId v,
                 std::vector<LineId>& found);
 
-/// True if this element shows that its edge's node is fixed: on a boundary, an interface, a line or a required element.
-/// Also true if both ends are frozen, since facets without elements may have the edge.
+/// True if the edge's node is known to be fixed from this element: the edge is on a facet of the element, on a line, or
+/// the element is required. Also true if both ends are frozen, because facets without elements may have the edge.
 template <int D>
 [[nodiscard]] inline bool is_node_fixed(const DynamicMesh<D>& mesh, ElementId e, int local_edge) {
     const EdgeId edge = mesh.edges_of[e][local_edge];
@@ -240,24 +240,25 @@ template <int D>
     return false;
 }
 
-/// Edge opposite the facet's vertex `k`, found in the first element.
+/// Edge of the facet opposite its vertex `k`. Precondition: the facet has an element.
 [[nodiscard]] EdgeId facet_edge(const DynamicMesh<3>& mesh, FacetId f, int k);
 
-/// Breaks of surfaces that the mesh does not list: edges of kind `ridge`, with one kind for each unique edge (3D), and
-/// corners. Empty spans: no such breaks. `find_features` of camber.surface computes them.
+/// Breaks of surfaces that the mesh does not list: corners, and edges of kind `ridge` (3D; one kind for each unique
+/// edge). Empty spans: no such breaks. `find_features` of camber.surface computes them.
 struct BreaksOfMesh {
     std::span<const EdgeKind> edge_kinds;
     std::span<const VertexId> corners;
 };
 
 /// Creates a dynamic mesh.
-/// - Lines (3D): listed edges, edges of kind `ridge`, and edges with one facet, with more than two, or with facets of
-///   two references or entities. Lines whose kind is not `ridge` are embedded.
-/// - Corners: listed corners, those of `breaks`, vertices associated with points or in vertex groups. Also vertices at
-///   which other than two lines of one reference, entity and kind meet, or a line without facets meets a facet. In 2D
-///   facets count as lines, and ends of listed ridges are corners.
-/// - Frozen: vertices without elements, vertices of facets or listed edges without elements, and vertices at which the
-///   mesh touches itself.
+/// - Lines (3D) are the listed edges, edges of kind `ridge`, and edges with one facet, with more than two facets, or
+///   with facets of different references or entities. Lines whose kind is not `ridge` are embedded.
+/// - Corners are listed corners, those of `breaks`, and vertices associated with points or in vertex groups. A vertex
+///   on lines is a corner unless exactly two lines of the same reference, entity and kind meet there. Also a corner: a
+///   vertex at which a line without facets meets a facet. In 2D, facets count as lines, and ends of listed ridges are
+///   corners.
+/// - Frozen are vertices without elements, vertices of facets or listed edges without elements, and vertices at which
+///   the mesh touches itself.
 ///
 /// Errors: input (a face of the boundary or between two references without a facet, which camber.soundness adds; two
 /// facets or more than two elements on a face); internal (`edges` or `breaks` of another mesh); unsupported (more than
@@ -270,10 +271,11 @@ template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                                    const Execution& execution);
 
-/// Creates the dynamic mesh of a standalone surface (triangles in space, no tetrahedra). Each triangle forms an element
-/// with a vertex at infinity, its last one, as in CGAL's triangulations. Faces between border edges and infinity are
-/// facets of a separate reference. `compacted` omits all that is at infinity. Border edges and edges of more than two
-/// triangles are lines and do not change. Errors: those of `make_dynamic`, internal (not a standalone surface).
+/// Creates the dynamic mesh of a standalone surface (triangles in space, no tetrahedra). Each triangle and a vertex at
+/// infinity form an element, as in CGAL's triangulations. The vertex at infinity is the element's last one. Faces that
+/// join border edges to infinity are facets of a separate reference. `compacted` omits all entities at infinity. Border
+/// edges and edges of more than two triangles are lines and do not change. Errors: those of `make_dynamic`, internal
+/// (not a standalone surface).
 [[nodiscard]] Outcome<DynamicMesh<3>> make_dynamic_surface(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                                            const BreaksOfMesh& breaks, const Execution& execution);
 
@@ -294,22 +296,23 @@ export namespace camber {
 /// Elements with their facets and lines: a whole mesh, or a part cut along faces.
 template <int D>
 struct MeshPart {
-    LinearMesh<D> mesh;          ///< its edges are the lines, each once; no directions or groups
+    LinearMesh<D> mesh;  ///< its edges are the lines, each listed once; it has no directions or groups
     Column<VertexState> states;
-    Column<Marks> facet_marks;   ///< `frozen`: the facet is shared with another part
+    Column<Marks> facet_marks;  ///< `frozen`: the facet is shared with another part
     Column<Marks> line_marks;
 };
 
 template <int D>
 struct DynamicPart {
     DynamicMesh<D> mesh;
-    Column<std::uint8_t> on_rim;  ///< 1: the vertex is on the cut, shared with other parts
+    Column<std::uint8_t> on_rim;  ///< 1: the vertex is on the cut, which other parts share
 };
 
-/// Creates a dynamic mesh with a fixed rim (the cut): its vertices are required and, on surfaces, temporarily corners;
-/// frozen facets and lines on it are required. Surface edges on the rim become lines, because the surface does not end
-/// there. Vertices are frozen if a walk around them misses elements. Errors: input (two facets or more than two
-/// elements on a face), internal (columns of wrong size), stopped, memory.
+/// Creates a dynamic mesh in which the rim (the cut) does not change. Vertices of the rim are required; on surfaces,
+/// they are temporarily corners. Frozen facets, and lines on the rim, are required. Surface edges on the rim become
+/// lines, because the surface does not end there. A vertex is frozen if a walk around it does not find all of its
+/// elements. Errors: input (two facets or more than two elements on a face), internal (columns of wrong size), stopped,
+/// memory.
 template <int D>
 [[nodiscard]] Outcome<DynamicPart<D>> make_dynamic_part(const MeshPart<D>& part, const Execution& execution);
 
@@ -321,15 +324,16 @@ struct CompactMesh {
     MeshMaps maps;
 };
 
-/// Returns the mesh without free slots; entities keep their order. Implied lines are omitted. Directions and
-/// associations remain for vertices that did not move; moved vertices remain associated only with surfaces (2D:
-/// curves), without parameters. Errors: stopped, memory.
+/// Returns the mesh without free slots. Entities keep their order. Implied lines are omitted. Vertices that did not
+/// move keep directions and associations. Moved vertices stay associated only with surfaces (2D: curves), without
+/// parameters. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<CompactMesh<D>> compacted(const DynamicMesh<D>& mesh, const Execution& execution);
 
-/// Checks the whole mesh. Vertices exist. Neighbours across a face share its vertices and refer back. Edges are those
-/// of the elements, with one id for each pair of vertices. Faces on the boundary or between references are facets.
-/// Lines are edges. Free lists match free slots. Errors: internal (the first violation), stopped, memory.
+/// Checks the whole mesh. Vertices of entities exist. Two neighbours share the vertices of their face, and each lists
+/// the other. Each pair of vertices has at most one edge id, and only edges of elements have one. Faces on the boundary
+/// or between references are facets. Lines are edges. Free lists contain exactly the free slots. Errors: internal (the
+/// first violation), stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Done> check_consistency(const DynamicMesh<D>& mesh, const Execution& execution);
 
@@ -339,13 +343,13 @@ namespace camber {
 
 inline constexpr const char* prepare_it = "prepare the mesh first";
 
-/// Creates neighbours, edges and facets, but no lines or vertex states. Faces may have neither neighbour nor facet.
-/// Errors: input (two facets or more than two elements on a face), stopped, memory.
+/// Creates neighbours, edges and facets, but neither lines nor vertex states. A face may have neither a neighbour nor a
+/// facet. Errors: input (two facets or more than two elements on a face), stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Incidence<ElementId>& balls, const Execution& execution);
 
-/// True if walks from face to face find fewer than the `around` elements of a vertex, or not all elements of one of its
+/// True if walks through faces do not find all `around` elements of the vertex, or not all elements of one of its
 /// lines.
 template <int D>
 [[nodiscard]] bool is_pinched(const DynamicMesh<D>& mesh, std::size_t around, VertexId v,

@@ -34,7 +34,6 @@ Buffer<std::uint8_t> rim_of(const DynamicMesh<D>& mesh) {
     return on_rim;
 }
 
-/// Stores the listed lines, and surface edges on the rim (the cut) as lines.
 void put_lines(const MeshPart<3>& part, const EdgeSet<3>& edges, const Incidence<FacetId>& facet_shells,
                const Buffer<std::uint8_t>& on_rim, DynamicMesh<3>& mesh) {
     Buffer<LineId> of_edges(edges.size(), LineId{});
@@ -118,13 +117,12 @@ Outcome<DynamicPart<D>> make_dynamic_part(const MeshPart<D>& part, const Executi
 
 namespace {
 
-/// Ascending new ids; invalid for removed entities.
 template <class Id>
 struct NewIds {
     Buffer<Id> of;
     std::size_t count = 0;
 };
-/// True if an entity exists and is not at infinity; never true for elements of standalone surfaces.
+/// True if `compacted` keeps an entity: it exists and is not at infinity. No element of a standalone surface is kept.
 template <int D>
 bool stays(const DynamicMesh<D>& mesh, VertexId v) {
     return !mesh.is_free(v) && !mesh.is_at_infinity(v);

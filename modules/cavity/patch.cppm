@@ -9,16 +9,16 @@ import :star;
 
 export namespace camber {
 
-/// A new vertex, or a vertex of the mesh, which may move.
+/// The point of a patch: a new vertex, or a vertex of the mesh, which may move.
 template <int D>
 struct PatchPoint {
-    VertexId vertex;                   ///< invalid for a new vertex
+    VertexId vertex;  ///< invalid for a new vertex
     std::optional<Vec<D>> place = {};
-    Reference reference = 0;           ///< of a new vertex
+    Reference reference = 0;  ///< reference of a new vertex
     friend bool operator==(const PatchPoint&, const PatchPoint&) = default;
 };
 
-/// A new node of an edge around a cavity.
+/// New node of an edge that stays in the mesh.
 template <int D>
 struct FollowingNode {
     EdgeId edge;
@@ -33,10 +33,10 @@ struct Patch {
     PatchPoint<D> point;
     Cavity<D> removed;
     Star<D> star;
-    /// Degree 2: nodes of edges from the point to `star.boundary`. Edges shared with elements or facets outside keep
-    /// their nodes.
+    /// Degree 2: nodes of the edges from the point to `star.boundary`. Edges that also belong to elements or facets
+    /// outside keep their nodes.
     std::vector<LagrangeNode<D>> nodes = {};
-    /// Degree 2: new nodes of remaining edges. All elements of these edges are removed or `reshaped`.
+    /// Degree 2: new nodes of edges that stay in the mesh. All elements of such an edge are removed or `reshaped`.
     std::vector<FollowingNode<D>> following = {};
     std::vector<ElementId> reshaped = {};
 };
@@ -54,7 +54,7 @@ template <int D, class Elements>
     return true;
 }
 
-/// Changed entities of one kind. Reused slots and reshaped elements are in both lists.
+/// Changed entities of one kind. A reused slot or a reshaped element is in both lists.
 template <class Id>
 struct IdChanges {
     std::vector<Id> removed, created;
@@ -79,14 +79,14 @@ struct ChangedMesh {
     TopologyChanges changes;
 };
 
-/// Applies patches at the cost of their size. Another order gives the same mesh up to numbering. New entities except
-/// vertices first take slots that their patch removes, in ascending order. Then they, like vertices, take free slots
-/// (the last freed first), then new ones. With `preserves_topology`, elements stay in their slots. Pass the mesh by
-/// `std::move` to avoid a copy; an error then destroys it.
+/// Applies patches in time proportional to their size. Another order of patches gives the same mesh up to numbering.
+/// New vertices take free slots (the last freed first), then new slots. Other new entities first take the slots of
+/// entities that their patch removes, in ascending order. With `preserves_topology`, elements stay in their slots. Pass
+/// the mesh by `std::move` to avoid a copy; an error then destroys it.
 ///
-/// Errors: internal (patches of another mesh; patches that overlap or create the same edge; a moved vertex or node of
-/// elements neither in the cavity nor reshaped; a point that another patch removes; in degree 2, not one node for each
-/// edge at the point); unsupported (more entities than 32 bits count); memory.
+/// Errors: internal (a patch of another mesh; patches that overlap or create the same edge; an element of a moved
+/// vertex or node that its patch neither removes nor reshapes; a point that another patch removes; in degree 2, an edge
+/// at the point without exactly one node); unsupported (more entities than 32 bits count); memory.
 template <int D>
 [[nodiscard]] Outcome<ChangedMesh<D>> replace_cavities(DynamicMesh<D> mesh, std::span<const Patch<D>> patches);
 

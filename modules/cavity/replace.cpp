@@ -46,7 +46,8 @@ bool preserves_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     return true;
 }
 
-/// Checks that all elements at moved nodes around the cavity belong to this patch, and marks reshaped ones as taken.
+/// Checks that this patch removes or reshapes all elements of the nodes that it moves around the cavity. Marks reshaped
+/// elements as taken.
 template <int D>
 Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::vector<bool>& is_taken) {
     for (const ElementId e : patch.reshaped) {
@@ -205,8 +206,8 @@ struct Draft {
     Column<VertexId> at_infinity;
 };
 
-/// Slots for new entities of one kind: removed ones in ascending order, then free ones, then new ones. `release` frees
-/// removed slots that were not reused.
+/// Gives slots to new entities of one kind: first removed slots in ascending order, then free slots, then new ones.
+/// `release` frees the removed slots that were not reused.
 template <class Id, class Grow>
 class Places {
   public:
@@ -233,7 +234,6 @@ class Places {
     std::size_t used_ = 0;
 };
 
-/// A new element, computed before any slot is overwritten.
 template <int D>
 struct NewElement {
     SimplexVertices<D> vertices;
@@ -252,7 +252,7 @@ struct NewLine {
     Reference reference = 0, entity = 0;
     Marks marks;
 };
-/// The neighbour beyond an open face, and the index at which it refers back.
+/// The neighbour across an open face. `place`: its local face (facet: its side) that lists the removed element.
 struct Beyond {
     FaceNeighbour outside;
     int place = 0;
@@ -414,7 +414,7 @@ class PatchCommit {
         }
     }
 
-    /// Edges of removed elements that are neither on joined faces nor at the point; ascending.
+    /// Edges of removed elements that no new element has: neither on joined faces nor at the point; ascending.
     [[nodiscard]] std::vector<EdgeId> removed_edges(const Patch<D>& patch) {
         stay_.clear();
         for (const ElementFace& open : patch.star.joined)
@@ -445,7 +445,7 @@ class PatchCommit {
                               d_.facet_entities.empty() ? 0 : d_.facet_entities[from], d_.facet_marks[from]});
             result.back().vertices[opposite] = point;
         }
-        // The preserved side of a facet identifies its face at the point.
+        // The side of a facet opposite the point identifies the face on which the facet lies.
         for (StarFace& face : faces_) face.facet = FlatMap<VertexId>::none;
         for (std::uint32_t f = 0; f < star.facets.size(); ++f)
             faces_[names_.find(preserved_side(star.facets[f]))].facet = f;
@@ -534,7 +534,8 @@ class PatchCommit {
                     elements_[face.sides[s].of].face_neighbours[face.sides[s].local] = FaceNeighbour(f);
                     d_.sides[f.index()][s] = ids_[face.sides[s].of];
                 }
-            } else if (second.preserved) {  // `find_faces` adds preserved faces last
+            } else if (second.preserved) {  // only the second side can be preserved: `find_faces` adds joined faces
+                                            // first
                 elements_[first.of].face_neighbours[first.local] = preserved_beyond_[second.of].outside;
                 turn_to(preserved_beyond_[second.of], ids_[first.of]);
             } else {

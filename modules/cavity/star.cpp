@@ -66,7 +66,7 @@ StarFailure StarBuilder<D>::take_parts() {
     for (std::uint32_t i = 0; i < cavity_.lines.size(); ++i) {
         const LineId l = cavity_.lines[i];
         if (mesh_.is_free(l)) return StarFailure::line;
-        // At frozen ends the mesh may touch itself, so that a walk misses elements of the edge.
+        // If both ends are frozen, the mesh may touch itself, and a walk may miss elements of the edge.
         const bool is_frozen = std::ranges::all_of(mesh_.edges[mesh_.lines[l]],
                                                    [&](VertexId v) { return mesh_.states[v].marks.has(Mark::frozen); });
         if (is_frozen || mesh_.line_marks[l].has(Mark::required)) return StarFailure::required;
@@ -178,7 +178,7 @@ StarFailure StarBuilder<D>::ball_around() {
 
 template <int D>
 bool StarBuilder<D>::is_beside_one_part() {
-    // Each element without the point stays a separate group.
+    // An element that does not contain the point forms a separate group.
     Groups groups(w_.groups, cavity_.elements.size());
     std::size_t alone = 0;
     for (std::uint32_t i = 0; i < cavity_.elements.size(); ++i) {
@@ -208,7 +208,7 @@ StarFailure StarBuilder<D>::check_existing() {
             if (i == point_index) continue;
             const std::uint32_t at = w_.vertices.find(v[i]);
             if (at != none_found && !w_.to_point[at].is_present) return StarFailure::exists;
-            // This is the face opposite local vertex i.
+            // `beside` is the face opposite local vertex i.
             const ElementFace beside{e, static_cast<std::uint32_t>(i)};
             const std::uint32_t face =
                 w_.names.find(side_without<D>(mesh_.elements.vertices, mesh_.edges_of, beside, point_index));
@@ -279,7 +279,7 @@ bool StarBuilder<D>::pieces_have_sides() {
                 has_side[groups.root(index(sides[i]))] = 1;
             }
         }
-    // Sides on removed lines are not listed, so a facet with fewer than D listed sides has such a side.
+    // `sides` omits sides on removed lines. If a facet has fewer than D listed sides, another side is on such a line.
     std::vector<std::uint8_t> listed(cavity_.facets.size(), 0);
     for (const OpenSide& side : sides) ++listed[index(side)];
     for (std::uint32_t f = 0; f < listed.size(); ++f)
@@ -312,7 +312,7 @@ StarFailure StarBuilder<D>::facets() {
         out_.facets.push_back(sides[i].facet);
     }
     if (!pieces_have_sides()) return StarFailure::surface;
-    // A remaining vertex must stay on its surface.
+    // A vertex that stays must remain on its surface.
     for (const auto& vertex : w_.to_point)
         if (vertex.lost_facet && !vertex.preserves_facet) return StarFailure::surface;
     return StarFailure::none;
@@ -345,7 +345,7 @@ template <int D>
 bool StarBuilder<D>::lines_preserve_facets() {
     for (const auto& [line, opposite] : out_.lines) {
         const auto& ends = mesh_.edges[mesh_.lines[line]];
-        if (ends[opposite] == point_) continue;  // the line is created again; its facets are counted already
+        if (ends[opposite] == point_) continue;  // the line at the point is created again, and its facets are counted
         const auto is_on_line = [&](FacetId f) {
             const auto& v = mesh_.facets.vertices[f];
             return local_vertex(v, ends[0]) >= 0 && local_vertex(v, ends[1]) >= 0;
@@ -389,9 +389,9 @@ StarFailure StarBuilder<D>::surface_at_point() {
             if (!edge.is_line && edge.facets != 0 && edge.facets != 2) return StarFailure::surface;
     if (D == 3 && !lines_preserve_facets()) return StarFailure::surface;
     if (facets_at_point_ > 0) out_.place = VertexPlace::surface;
-    // The facets at a new point must form one fan.
+    // The new facets at a new point must form one fan.
     if (!point_.valid()) return D == 2 || is_one_fan() ? StarFailure::none : StarFailure::surface;
-    // A point stays on its surfaces and does not join others.
+    // An existing point stays on its surfaces, and gets no others.
     if (D == 2) passed_before_ = before;
     if ((before > 0) != (facets_at_point_ > 0)) return StarFailure::surface;
     if (out_.facets.empty()) return StarFailure::none;
@@ -486,8 +486,8 @@ StarFailure StarBuilder<D>::lines() {
             if (v == point_) continue;
             const bool stays = w_.vertices.contains(v);
             const bool through = next - i == 2 && ends[i].reference == ends[i + 1].reference;
-            // A line must be removed on both sides of a vanishing vertex. Its end at a remaining vertex is joined to
-            // the point.
+            // A vanishing vertex must lie between two removed lines. At a vertex that stays, one removed line must end,
+            // which is then joined to the point.
             if (stays ? next - i != 1 : !through) return StarFailure::line;
             if (!stays) continue;
             auto& edge = w_.to_point[w_.vertices.find(v)];

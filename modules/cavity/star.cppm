@@ -24,7 +24,7 @@ class FlatMap {
         return number ? *number : none;
     }
     [[nodiscard]] bool contains(Key key) const { return numbers_.contains(key); }
-    /// Stores the number if the key has none. Returns the key's number.
+    /// Stores the number if the key has none yet. Returns the number of the key.
     std::uint32_t put(Key key, std::uint32_t number) { return numbers_.insert(key, number); }
 
   private:
@@ -35,7 +35,7 @@ class FlatMap {
 
 export namespace camber {
 
-/// Entities that an operation removes (paper §1.3): elements and the facets and lines on them.
+/// Entities that an operation removes (paper §1.3): elements, and facets and lines on them.
 template <int D>
 struct Cavity {
     std::vector<ElementId> elements;
@@ -50,7 +50,7 @@ struct Cavity {
     friend bool operator==(const Cavity&, const Cavity&) = default;
 };
 
-/// A facet whose local vertex `opposite` the point replaces.
+/// A removed facet. The point replaces its local vertex `opposite` in a new facet.
 struct JoinedFacet {
     FacetId facet;
     std::uint32_t opposite = 0;
@@ -62,16 +62,16 @@ struct JoinedLine {
     friend bool operator==(const JoinedLine&, const JoinedLine&) = default;
 };
 
-/// The open boundary of a cavity without its elements. New simplices take reference and orientation from the listed
-/// entities, with the point as local vertex `opposite`.
+/// The faces that remain open without the elements of a cavity. A new simplex has the reference and orientation of a
+/// listed entity, and the point instead of its local vertex `opposite`.
 template <int D>
 struct Star {
-    std::vector<ElementFace> joined;          ///< faces of removed elements; each gives a new element
-    std::vector<ElementFace> preserved;       ///< open faces that contain the point; these give no element
-    std::vector<JoinedFacet> facets;          ///< sides of removed facets; each gives a new facet
-    std::vector<JoinedLine> lines;            ///< ends of removed lines; each gives a new line
-    std::vector<VertexId> boundary;           ///< vertices of `joined`; each has an edge to the point
-    std::vector<VertexId> vanishing;          ///< other vertices of the cavity, ascending
+    std::vector<ElementFace> joined;     ///< open faces of removed elements; each gives a new element
+    std::vector<ElementFace> preserved;  ///< open faces that contain the point; these give no element
+    std::vector<JoinedFacet> facets;     ///< sides of removed facets; each gives a new facet
+    std::vector<JoinedLine> lines;       ///< ends of removed lines; each gives a new line
+    std::vector<VertexId> boundary;      ///< vertices of `joined`; each has an edge to the point
+    std::vector<VertexId> vanishing;     ///< other vertices of the cavity, ascending
     VertexPlace place = VertexPlace::inside;
 
     void clear() {
@@ -90,17 +90,19 @@ struct Star {
 enum class StarFailure : std::uint8_t {
     none,
     empty,     ///< all open faces contain the point
-    required,  ///< a required, frozen or corner entity would vanish
-    surface,   ///< facets are lost, doubled, on no face, or change the point's place
-    line,      ///< the same for lines
-    ball,      ///< joined faces form no sphere around the point, nor a disc beside it
-    exists,    ///< a new edge or face exists outside already
+    required,  ///< a required, frozen or corner entity would be removed
+    surface,   ///< a facet is lost, doubled or not on a face, or the point's `VertexPlace` changes
+    line,      ///< a line is lost or doubled, or the point's `VertexPlace` changes
+    ball,      ///< the joined faces form neither a sphere around the point nor a disc beside it
+    exists,    ///< a new edge or face exists already outside the cavity
 };
 
 }  // namespace camber
 
-/// Cavities of operations (paper §1.3). The point determines the operation: split (a new point on the edge), swap (a
-/// boundary vertex), collapse (a neighbour), reinsertion (the removed vertex), move (the removed vertex elsewhere).
+/// Cavities of operations (paper §1.3). The point to which the cavity is joined determines the operation:
+/// - cavity of an edge: split (a new point on the edge) or swap (a vertex of the cavity's boundary);
+/// - cavity of a vertex: collapse (a neighbour), reinsertion (the vertex itself) or move (the vertex at another
+///   position).
 export namespace camber {
 
 template <int D>
@@ -113,8 +115,8 @@ void cavity_of_vertex(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out);
 template <int D>
 void join(const DynamicMesh<D>& mesh, Cavity<D>& cavity, ElementId e);
 
-/// True if `v` may collapse along an edge into `w`: inner vertices always, others along their surface or line, corners
-/// never. `around`: `cavity_of_vertex` of `v`.
+/// True if `v` may collapse along an edge into `w`. Inner vertices always may, vertices on surfaces or lines only along
+/// these, corners never. `around`: `cavity_of_vertex` of `v`.
 template <int D>
 [[nodiscard]] bool may_collapse(const DynamicMesh<D>& mesh, const Cavity<D>& around, VertexId v, VertexId w);
 
@@ -122,7 +124,7 @@ template <int D>
 
 namespace camber {
 
-/// The side opposite the point identifies a face at the point: an edge (3D) or a vertex (2D).
+/// A face at the point is identified by its side opposite the point: an edge (3D) or a vertex (2D).
 template <int D>
 struct SideName;
 template <>
@@ -136,20 +138,21 @@ struct SideName<3> {
 template <int D>
 using SideId = typename SideName<D>::Id;
 
-/// A face at the star's point: the adjacent faces in `joined` and `preserved`, and the facet on it.
+/// A face at the star's point. `sides`: faces of `joined` or `preserved` adjacent to it; `facet`: the facet on it.
 struct StarFace {
     struct Side {
         std::uint32_t of = 0;
         bool preserved = false;
-        std::uint8_t local = 0;  ///< joined: vertex of the new element opposite this face
+        std::uint8_t local = 0;  ///< for a joined face: local vertex of its new element opposite this face
     };
     std::array<Side, 2> sides{};
     std::uint32_t count = 0;            ///< number of sides; more than two is a failure
-    std::uint32_t facet = 0xffffffffU;  ///< index in `facets`
+    std::uint32_t facet = 0xffffffffU;  ///< index in `Star::facets`, if a facet is on the face
 };
 
-/// Side of a face at the point. `other`: for a joined face, the new element's local vertex opposite the face; for a
-/// preserved face, the point's local vertex.
+/// Returns the side, opposite the point, of a face at the point. This is the face `face` if `face` is preserved;
+/// `other` is then the point's local vertex. If `face` is joined, it is the face opposite local vertex `other` of the
+/// new element.
 template <int D, class Elements, class EdgesOf>
 [[nodiscard]] SideId<D> side_without(const Elements& elements, const EdgesOf& edges_of, const ElementFace& face,
                                      int other) {
@@ -207,13 +210,14 @@ class StarWorkspace {
     FlatMap<SideId<D>> names;    ///< index in `faces`
     std::vector<StarFace> faces;
     struct ToPoint {
-        bool is_present = false;       ///< the edge exists in the cavity
+        bool is_present = false;  ///< the cavity has this edge already
         bool is_line = false;
         bool lost_facet = false;
-        bool preserves_facet = false;  ///< the vertex is on the border of the removed facets
-        std::uint8_t facets = 0;       ///< number on the edge after the operation
-        std::uint8_t before = 0;       ///< for a line: number of facets before, on it or the line that it continues
-        Reference reference = 0;       ///< of the facets
+        bool preserves_facet = false;  ///< the vertex is on a border of the removed facets
+        std::uint8_t facets = 0;       ///< number of facets on the edge after the operation
+        std::uint8_t before = 0;       ///< for a line: number of facets before, on this edge or on the line that it
+                                       ///< continues
+        Reference reference = 0;       ///< reference of the facets
     };
     std::vector<ToPoint> to_point;
     struct OpenSide {
@@ -228,9 +232,10 @@ class StarWorkspace {
     std::vector<std::uint32_t> groups;
 };
 
-/// Joins the open boundary of a cavity to the point, which is a vertex, or invalid for a new one. Ridges come first,
-/// then facets by reference, then elements of all materials (paper §1.3). Checks the topology completely: for all
-/// vertex positions, the result is a mesh with the same features. `out` is valid only if the result is `none`.
+/// Joins the open faces of a cavity to `point`: a vertex, or invalid for a new one. Joins ridges first, then facets by
+/// reference, then elements of all materials (paper §1.3). Checks the topology completely: if the result is `none`, the
+/// new mesh is conforming and has the same features, for all positions of its vertices. `out` is valid only if the
+/// result is `none`.
 template <int D>
 [[nodiscard]] StarFailure star(const DynamicMesh<D>& mesh, const Cavity<D>& cavity, VertexId point,
                                StarWorkspace<D>& workspace, Star<D>& out);
@@ -241,7 +246,6 @@ namespace camber {
 
 inline constexpr std::uint32_t none_found = 0xffffffffU;
 
-/// Connected groups (union-find).
 class Groups {
   public:
     Groups(std::vector<std::uint32_t>& storage, std::size_t n) : of_(storage), count_(n) {
@@ -266,7 +270,6 @@ class Groups {
     std::size_t count_;
 };
 
-/// Builds a star in steps. Each step returns its failure or `none`.
 template <int D>
 class StarBuilder {
   public:
@@ -282,7 +285,6 @@ class StarBuilder {
         Reference reference = 0;
         JoinedLine line;
     };
-    /// Fails if an entity must not be removed.
     StarFailure take_parts();
     [[nodiscard]] bool is_open(ElementId e, int face) const {
         const FaceNeighbour across = mesh_.face_neighbours[e][face];
@@ -291,9 +293,8 @@ class StarBuilder {
     }
     StarFailure open_faces();
     void collect_boundary();
-    /// Finds vanishing vertices, and edges to the point that exist already.
     StarFailure vertices();
-    /// True if the topology does not change: the cavity is all elements around an inner vertex.
+    /// True if the cavity is all elements around the point, which is an inner vertex.
     [[nodiscard]] bool is_ball_inside() const;
     StarFailure faces_at_point();
     void preserve_facet_at(EdgeId edge);
@@ -309,39 +310,39 @@ class StarBuilder {
     }
     using OpenSide = typename StarWorkspace<D>::OpenSide;
     [[nodiscard]] bool is_inside(std::span<const OpenSide> sides, std::size_t first, std::size_t last) const;
-    /// True if each piece of removed facets has a border. A closed piece would vanish.
+    /// True if each connected piece of removed facets has a border. A closed piece would vanish.
     [[nodiscard]] bool pieces_have_sides();
-    /// True if each piece of removed lines has an end that stays or is the point.
+    /// True if each connected piece of removed lines has an end that is the point or stays.
     [[nodiscard]] bool pieces_have_ends(std::span<const LineAt> ends);
-    /// Joins border sides of removed facets to the point, before elements (paper §1.3). A side of two removed facets of
-    /// one reference is no border unless a line remains there.
+    /// Joins the border sides of removed facets to the point, before elements (paper §1.3). A side between two removed
+    /// facets of one reference is on the border only if a line stays there.
     StarFailure facets();
     [[nodiscard]] Reference reference_beside(const StarFace::Side& side) const;
     static constexpr Reference no_reference = std::numeric_limits<Reference>::min();
-    /// Checks that faces at the point have two elements, or one and a boundary facet, and that materials meet only at
-    /// facets.
+    /// Checks that a face at the point has two elements, or one element and a boundary facet. Between materials, it
+    /// must have a facet.
     StarFailure faces_complete();
     [[nodiscard]] bool survives(EdgeId edge) const;
     void has_line(EdgeId edge);
     StarFailure lines();
-    /// Checks that joined faces are connected, with V − E + F (Euler characteristic) of a sphere around the point or a
-    /// disc beside it (2D: chain).
+    /// Checks that the joined faces are connected, and have the Euler characteristic V − E + F of a sphere around the
+    /// point or of a disc beside it (2D: of a chain).
     StarFailure ball_around();
-    /// True if faces connect the cavity's elements at the point. Otherwise new elements would close the point's
-    /// surroundings to a ring, or touch only in the point.
+    /// True if the cavity's elements at the point are connected through faces. Otherwise new elements would form a ring
+    /// at the point, or touch only in the point.
     [[nodiscard]] bool is_beside_one_part();
-    /// Fails if a new edge or face exists outside the cavity.
     StarFailure check_existing();
-    /// Counts a facet on its edges at the point. Returns false if references on an edge without a line differ.
+    /// Counts a facet on its edges at the point. Returns false if an edge without a line has facets of two references.
     [[nodiscard]] bool count_facet(const SimplexVertices<D - 1>& facet, Reference reference);
     void count_before(const SimplexVertices<D - 1>& facet);
-    /// True if lines at the point have as many facets as before, or as the line that they continue. Otherwise a surface
-    /// would begin or end there (3D).
+    /// True if each line at the point has as many facets as before, or as the line that it continues (3D). Otherwise a
+    /// surface would begin or end there.
     [[nodiscard]] bool lines_preserve_facets();
-    /// Checks that edges without a line have no facets or two of one reference, and that the point is on surfaces if it
-    /// was before, and only then.
+    /// Checks that an edge without a line has no facets, or two facets of one reference. The point must be on surfaces
+    /// if and only if it was before.
     StarFailure surface_at_point();
-    /// True if the sides joined to a surface point form one chain (3D); otherwise two surfaces would meet.
+    /// True if the facets joined to the point form one chain around it (3D). Otherwise two surfaces would meet at the
+    /// point.
     [[nodiscard]] bool is_one_fan();
     [[nodiscard]] bool share_a_vertex(const JoinedFacet& a, const JoinedFacet& b) const;
     void meet(Reference reference) {
@@ -349,10 +350,10 @@ class StarBuilder {
         passing_reference_ = reference;
         ++passing_;
     }
-    /// Checks that two lines of one reference, or none, pass through the point.
+    /// Checks that no lines pass through the point, or two lines of one reference.
     StarFailure line_at_point();
     std::size_t facets_at_point_ = 0;
-    std::size_t passed_before_ = 0;  ///< number of lines (2D: facets) at the point before
+    std::size_t passed_before_ = 0;  ///< number of lines (2D: facets) at the point before the operation
     std::size_t passing_ = 0;
     Reference passing_reference_ = 0;
     bool mixed_ = false;

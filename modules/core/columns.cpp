@@ -26,7 +26,7 @@ SharedOwner::SharedOwner(const SharedOwner& other) noexcept : value_(other.value
 SharedOwner::SharedOwner(SharedOwner&& other) noexcept : value_(std::exchange(other.value_, nullptr)) {}
 SharedOwner& SharedOwner::operator=(const SharedOwner& other) noexcept { return *this = SharedOwner(other); }
 SharedOwner& SharedOwner::operator=(SharedOwner&& other) noexcept {
-    SharedOwner taken(std::move(other));  // releases the former value here
+    SharedOwner taken(std::move(other));  // its destructor releases the former value
     std::swap(value_, taken.value_);
     return *this;
 }
@@ -45,8 +45,8 @@ constexpr std::size_t smallest = std::size_t{1} << 18U;
 
 struct ArrayFiles {
     std::mutex mutex;
-    std::string folder;                 ///< empty: arrays are in memory
-    std::atomic<bool> is_used = false;  ///< set at least once
+    std::string folder;  ///< empty: new arrays are in memory
+    std::atomic<bool> is_used = false;
     struct Array {
         std::size_t bytes = 0;
         int file = -1;
@@ -58,18 +58,18 @@ ArrayFiles& files() {
     return all;
 }
 
-/// Returns −1 on failure (errno).
+/// Returns −1 on failure, with the reason in errno.
 int open_nameless(const std::string& folder) { return ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); }
 
-/// Reserves the blocks of a file; a write to a page without a block ends the process on a full disk (SIGBUS). Returns 0
-/// or the system's error number.
+/// Reserves the blocks of a file, because on a full disk a write to a page without a block ends the process (SIGBUS).
+/// Returns 0 or the system's error number.
 int reserve(int file, std::size_t bytes) {
     int error = EINTR;
     while (error == EINTR) error = ::posix_fallocate(file, 0, static_cast<off_t>(bytes));
     return error;
 }
 
-/// Each array keeps its file open.
+/// Raises the limit of open files, because each array keeps its file open.
 void allow_many_files() {
     rlimit limit{};
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
@@ -155,7 +155,7 @@ void fill_bytes(void* array, const void* from, std::size_t bytes) {
 void release_array_memory() {
     const std::scoped_lock lock(files().mutex);
     for (const auto& [array, of] : files().arrays) {
-        ::madvise(array, of.bytes, MADV_DONTNEED);  // drops file pages only: the file keeps the data
+        ::madvise(array, of.bytes, MADV_DONTNEED);  // releases the pages only: the file keeps the data
         ::sync_file_range(of.file, 0, 0, SYNC_FILE_RANGE_WRITE);
     }
 }
@@ -182,7 +182,7 @@ std::size_t bytes_in_files() { return 0; }
 
 namespace {
 
-/// Large page of x86 and most ARM processors. With another size, the advice has no effect.
+/// Size of a large page on x86 and most ARM processors. With another size, the advice has no effect.
 constexpr std::size_t large_page = std::size_t{1} << 21U;
 constexpr std::size_t large_array = 4 * large_page;
 

@@ -39,10 +39,10 @@ struct FacetTag;
 struct FaceTag;
 struct ElementTag;
 
-using VertexId = Id<VertexTag>;  ///< element corner
+using VertexId = Id<VertexTag>;
 using EdgeId = Id<EdgeTag>;
-using FacetId = Id<FacetTag>;      ///< boundary or interface: triangle in 3D, edge in 2D
-using FaceId = Id<FaceTag>;        ///< unique face in 3D, numbered within its shape
+using FacetId = Id<FacetTag>;      ///< boundary or interface facet: triangle in 3D, edge in 2D
+using FaceId = Id<FaceTag>;        ///< unique face in 3D, numbered among the faces of its shape
 using ElementId = Id<ElementTag>;  ///< tetrahedron in 3D, triangle in 2D
 
 /// Number of an entity's material, surface or curve.
@@ -82,7 +82,7 @@ struct Uninitialised : std::allocator<T> {
     }
 };
 
-/// Mutable array to make a column from; trivial types are uninitialised.
+/// Mutable array from which a column is made. Elements of trivial types are uninitialised.
 template <class T>
 using Buffer = std::vector<T, Uninitialised<T>>;
 
@@ -90,8 +90,8 @@ using Buffer = std::vector<T, Uninitialised<T>>;
 
 namespace camber {
 
-/// Shared ownership of a value. Copies and the destructor are not inline, because a copy of a mesh has dozens of them.
-/// The others are declared inline, which members in a module otherwise are not.
+/// Shared ownership of a value. Copies and the destructor are not inline, because a copy of a mesh contains dozens of
+/// them. Other members are declared inline, because members in a module otherwise are not.
 class SharedOwner {
   public:
     class Value {
@@ -117,7 +117,7 @@ class SharedOwner {
     ~SharedOwner();
 
     [[nodiscard]] inline Value* value() const { return value_; }
-    /// Also guarantees that reads through former owners have ended.
+    /// Returns true if this is the only owner. The reads through former owners have then ended.
     [[nodiscard]] bool is_only() const;
 
   private:
@@ -139,7 +139,7 @@ class Column {
         array()->own = std::move(buffer);
         array()->items = array()->own;
     }
-    /// Refers to an external array, which must not change until `owner` is destroyed, in any thread.
+    /// Refers to an external array, which must not change, in any thread, until `owner` is destroyed.
     Column(std::span<const T> items, std::shared_ptr<const void> owner) : owner_(new Array) {
         array()->items = items;
         array()->owner = std::move(owner);
@@ -188,8 +188,8 @@ class Column {
 /// error number if files cannot be created.
 [[nodiscard]] int store_arrays_in_files(const std::string& folder);
 
-/// Copies bytes into an array, or a part of one, not accessed before. A file is written by file output, in a tenth of
-/// the time of page accesses.
+/// Copies bytes into an array, or a part of one, that was not accessed before. Files are written by file output, in a
+/// tenth of the time of page accesses.
 void fill_bytes(void* array, const void* from, std::size_t bytes);
 template <class T>
     requires std::is_trivially_copyable_v<T>
@@ -220,7 +220,7 @@ namespace camber {
 
 /// Returns null for small arrays, and if arrays are not stored in files. Throws NoFileForArray.
 [[nodiscard]] void* allocate_in_file(std::size_t bytes);
-/// Returns false for arrays from elsewhere.
+/// Returns false for an array that is not in a file.
 [[nodiscard]] bool release_in_file(void* array);
 
 }  // namespace camber
@@ -249,7 +249,7 @@ class IdMap {
     bool identity_ = true;
 };
 
-/// Maps from old to new ids of a commit, for the transfer of fields and metrics.
+/// Id maps of a commit, for the transfer of fields and metrics.
 struct MeshMaps {
     IdMap<VertexId> vertices;
     IdMap<EdgeId> edges;
@@ -257,7 +257,7 @@ struct MeshMaps {
     IdMap<FacetId> facets;
 };
 
-// Data of few rows of a column: the cost is proportional to these rows, not to the column.
+// Tables for few rows of a column: their cost is proportional to these rows, not to the size of the column.
 
 /// Fibonacci hashing (Knuth).
 template <class Tag>
@@ -272,13 +272,13 @@ class SparseMap {
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }
 
-    /// Null if absent. Valid until the next `at`.
+    /// Pointer, or null if absent; valid until the next `at`.
     [[nodiscard]] const T* find(Key key) const {
         if (size_ == 0) return nullptr;
         const std::size_t slot = slot_of(key);
         return slots_[slot].first == key ? &slots_[slot].second : nullptr;
     }
-    /// Inserts T{} if absent. Valid until the next `at`.
+    /// Inserts T{} if absent. The reference is valid until the next `at`.
     [[nodiscard]] T& at(Key key) {
         if (2 * (size_ + 1) > slots_.size()) grow();
         auto& [there, value] = slots_[slot_of(key)];
@@ -325,11 +325,11 @@ class SparseSet {
     SparseMap<Key, std::uint8_t> members_;
 };
 
-/// SparseMap with constant-time `clear`.
+/// SparseMap with a `clear` in constant time.
 template <class Key, class T>
 class ScratchMap {
   public:
-    /// `slots`: a power of two.
+    /// `slots` must be a power of two.
     explicit ScratchMap(std::size_t slots = 64) : slots_(slots) {}
 
     [[nodiscard]] std::size_t size() const { return size_; }
@@ -339,13 +339,13 @@ class ScratchMap {
         slots_.assign(slots_.size(), {});  // the stamp counter overflowed
         stamp_ = 1;
     }
-    /// Null if absent. Valid until the next insertion.
+    /// Pointer, or null if absent; valid until the next insertion.
     [[nodiscard]] const T* find(Key key) const {
         const Slot& slot = slots_[slot_of(key)];
         return slot.stamp == stamp_ ? &slot.value : nullptr;
     }
     [[nodiscard]] bool contains(Key key) const { return find(key) != nullptr; }
-    /// Inserts `value` if absent. Valid until the next insertion.
+    /// Inserts `value` if absent. The reference is valid until the next insertion.
     T& insert(Key key, const T& value) {
         if (2 * (size_ + 1) > slots_.size()) grow();
         Slot& slot = slots_[slot_of(key)];
@@ -359,7 +359,7 @@ class ScratchMap {
   private:
     struct Slot {
         Key key{std::size_t{0}};
-        std::uint32_t stamp = 0;  ///< free if different from the table's
+        std::uint32_t stamp = 0;  ///< the slot is free if the stamp differs from `stamp_`
         [[no_unique_address]] T value{};
     };
     [[nodiscard]] std::size_t slot_of(Key key) const {
@@ -386,7 +386,6 @@ class ScratchSet {
     explicit ScratchSet(std::size_t slots = 64) : members_(slots) {}
 
     void clear() { members_.clear(); }
-    /// False if already present.
     bool insert(Key key) {
         const std::size_t before = members_.size();
         members_.insert(key, {});
@@ -419,12 +418,12 @@ class RowTable {
 
     explicit RowTable(std::size_t rows) : slots_(std::bit_ceil(2 * rows + 2), none) {}
 
-    /// Row with this hash that `is_same(row)` accepts, or `none`. Thread-safe.
+    /// Row with this hash for which `is_same(row)` is true, or `none`. Thread-safe.
     template <class IsSame>
     [[nodiscard]] std::uint32_t find(std::uint64_t hash, const IsSame& is_same) const {
         return slots_[slot_of(hash, is_same)];
     }
-    /// The same; inserts `row` if there is none.
+    /// Like `find`, but inserts `row` if no row is found.
     template <class IsSame>
     std::uint32_t insert(std::uint64_t hash, std::uint32_t row, const IsSame& is_same) {
         std::uint32_t& slot = slots_[slot_of(hash, is_same)];
@@ -457,10 +456,9 @@ class Overlay {
         return other ? *other : base_[key];
     }
     void set(Key key, const T& value) { others_.at(key) = value; }
-    /// Ascending; values may equal the base.
+    /// Ascending rows that were set; their values may equal the base.
     [[nodiscard]] std::vector<Key> set_rows() const { return others_.keys(); }
 
-    /// The base itself if no row was set.
     [[nodiscard]] Column<T> column() const {
         if (others_.empty()) return base_;
         Buffer<T> rows(base_.begin(), base_.end());
@@ -485,7 +483,7 @@ class Memo {
             const std::scoped_lock lock(shard.mutex);
             if (const T* known = shard.values.find(key)) return *known;
         }
-        // Without the lock: two threads may both compute it, with the same result.
+        // The value is computed without the lock: two threads may both compute it, with the same result.
         T value = make_(key);
         const std::scoped_lock lock(shard.mutex);
         shard.values.at(key) = value;

@@ -80,7 +80,7 @@ constexpr DoubleDouble pi_whole{0x1.921fb54442d18p+1, 0x1.1a62633145c07p-53};
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-constexpr std::uint64_t upper_bits = ~((std::uint64_t{1} << 27U) - 1);  // first 26 digits of a double
+constexpr std::uint64_t upper_bits = ~((std::uint64_t{1} << 27U) - 1);  // mask of the first 26 digits of a double
 
 // ---------------------------------------------------------------- exponentials
 
@@ -112,12 +112,12 @@ OfExponent reduced(DoubleDouble x) {
     return {high, (rest - high) + small, static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(shifted))};
 }
 
-/// e^r − 1 − r.
+/// Returns e^r − 1 − r.
 double beyond_linear(double r) {
     return r * r * (0.5 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720)))));
 }
 
-/// m 2^n, 0.5 < m < 4; subnormal results are rounded once more.
+/// Returns m 2^n for 0.5 < m < 4; subnormal results are rounded once more.
 double with_exponent(double m, std::int32_t n) {
     if (n > -1020 && n < 1020) return m * power_of_two(n);
     if (n >= 1020) return n > 1100 ? infinity : m * 0x1p1000 * power_of_two(n - 1000);
@@ -130,7 +130,7 @@ double exponential(const OfExponent& r) {
     return with_exponent(power.high + (power.low + power.high * grown), r.n >> 7);
 }
 
-/// e^x / 2 for x > 0; finite for slightly larger x than e^x.
+/// Returns e^x / 2 for x > 0. It is still finite for x slightly beyond the overflow of e^x.
 double half_exp(double x) {
     if (x > 711) return infinity;
     OfExponent r = reduced({x, 0});
@@ -156,7 +156,7 @@ DoubleDouble expm1_of(double x) {
 
 // ---------------------------------------------------------------- logarithms
 
-/// 1/c and ln c for c = 1 + j/128, or half of it from `halved` on. `high` has no bits below 2^−42.
+/// 1/c and ln c for c = 1 + j/128; from j = `halved` on, for half of this c. `high` has no bits below 2^−42.
 struct OfCentre {
     double inverse, high, low;
 };
@@ -180,7 +180,7 @@ constexpr std::array<OfCentre, 128> make_centres() {
 }
 constexpr auto centres = make_centres();
 
-/// x = 2^times c (1 + r + rest), c the nearest centre.
+/// x = 2^times c (1 + r + rest), where c is the nearest centre.
 struct NearCentre {
     const OfCentre& centre;
     double times, r, rest;
@@ -200,7 +200,7 @@ NearCentre near_centre(double x) {
     const OfCentre& centre = centres[(nearest >> 45U) & 127U];
     const double c = std::bit_cast<double>((nearest & ~fraction) - exponent);
     const double off = std::bit_cast<double>(bits - exponent) - c;
-    // The first part of r has 26 bits, so its square and its product with c are exact.
+    // r has 26 bits, so its square and its product with c are exact.
     const double r = std::bit_cast<double>(std::bit_cast<std::uint64_t>(off * centre.inverse) & upper_bits);
     return {centre, static_cast<double>(n - below), r, (off - r * c) * centre.inverse};
 }
@@ -244,7 +244,6 @@ double positive_pow(double x, double y) {
 bool is_integer(double y) { return std::floor(y) == y; }
 bool is_odd(double y) { return is_integer(y) && std::abs(y) < 0x1p53 && !is_integer(y / 2); }
 
-/// Other cases of x^y.
 double special_pow(double x, double y) {
     if (y == 0 || x == 1) return 1;
     if (std::isnan(x) || std::isnan(y)) return not_a_number;
@@ -281,7 +280,7 @@ double expm1(double x) {
 
 double log(double x) {
     if (!has_log(x)) return special_log(x);
-    const auto [centre, times, r, rest] = near_centre(x);  // like log_of, with a different treatment of the square
+    const auto [centre, times, r, rest] = near_centre(x);  // differs from log_of in the treatment of the square
     const double whole = r + rest, square = whole * whole;
     const DoubleDouble linear = fast_two_sum(times * ln2_high + centre.high, r);
     const double low = rest + square * (-0.5 + whole * beyond_quadratic(whole));
@@ -319,7 +318,7 @@ double cbrt(double x) {
         a *= 0x1p-300;
         unit = 0x1p100;
     }
-    // Divides the exponent by 3, then Halley iterations, then a Newton iteration with the exact residual.
+    // Divides the exponent by 3, then makes Halley iterations, then a Newton iteration with the exact residual.
     auto y = std::bit_cast<double>(std::bit_cast<std::uint64_t>(a) / 3 + 0x2a9f7893782da1ceU);
     for (int i = 0; i < 2; ++i) {
         const double cube = y * y * y;
@@ -397,7 +396,7 @@ struct InQuadrant {
     unsigned n = 0;
 };
 
-/// For |x| < 2^20: π/2 in four parts; multiples of the first three are exact (Cody and Waite).
+/// For |x| < 2^20: subtracts π/2 in four parts, where multiples of the first three are exact (Cody and Waite).
 InQuadrant reduced_by_parts(double x) {
     constexpr std::array part{0x1.921fb54400000p+0, 0x1.0b4611a600000p-34, 0x1.3198a2e000000p-69,
                               0x1.b839a252049c1p-104};
@@ -419,12 +418,14 @@ constexpr std::array<std::uint64_t, 20> two_over_pi{
     0x3991d639835339f4, 0x9c845f8bbdf9283b, 0x1ff897ffde05980f, 0xef2f118b5a0a6d1f, 0x6d367ecf27cb09b7,
     0x4f463f669e5fea2d, 0x7527bac7ebe5f17b, 0x3d0739f78a5292ea, 0x6bfb5fb11f8d5d08, 0x56033046fc7b6bab};
 
-/// For |x| ≥ 2^20: x 2/π modulo 4 with 190 fractional bits (Payne and Hanek).
+/// For |x| ≥ 2^20: computes x 2/π modulo 4 with 190 fractional bits (Payne and Hanek).
 InQuadrant reduced_by_digits(double x) {
     const auto bits = std::bit_cast<std::uint64_t>(x);
     const std::uint64_t mantissa = (bits & ((std::uint64_t{1} << 52U) - 1)) | (std::uint64_t{1} << 52U);
     const auto exponent = static_cast<std::int64_t>((bits >> 52U) & 0x7ffU) - 1075;  // |x| = mantissa 2^exponent
-    const auto first = static_cast<std::size_t>(exponent + 62);                      // in bits of 2/π; it has weight 2
+    const auto first = static_cast<std::size_t>(exponent + 62);                      // index of the first used bit of
+                                                                                     // 2/π: its weight times 2^exponent
+                                                                                     // is 2
     const auto word = [first](std::size_t i) {
         const std::size_t at = first / 64 + i, shift = first % 64;
         return shift == 0 ? two_over_pi[at] : two_over_pi[at] << shift | two_over_pi[at + 1] >> (64 - shift);
@@ -434,7 +435,7 @@ InQuadrant reduced_by_digits(double x) {
     std::uint64_t top = mantissa * word(0) + static_cast<std::uint64_t>(middle >> 64U);
     auto n = static_cast<unsigned>(top >> 62U);
     const auto upper = static_cast<std::uint64_t>(middle), lower = static_cast<std::uint64_t>(last);
-    // Fraction as a signed number, at most 1/2.
+    // The fraction as a signed number of at most 1/2 in magnitude.
     top <<= 2U;
     top |= upper >> 62U;
     n += static_cast<unsigned>(top >> 63U);
@@ -462,9 +463,9 @@ struct SineCosine {
     DoubleDouble sine, cosine;
 };
 
-/// Sine and cosine of i/64.
 constexpr std::array<SineCosine, 52> make_sines() {
-    const auto series = [](int first) {  // Σ ± t^k / k!, k from `first` in steps of 2, without the first power
+    const auto series = [](int first) {  // returns Σ ± t^k / k! for k = `first`, `first` + 2, …, divided by the first
+                                         // power of t
         const DoubleDouble z{-0x1p-12, 0};
         DoubleDouble sum{1, 0};
         for (int k = first + 14; k > first; k -= 2)
@@ -482,7 +483,7 @@ constexpr std::array<SineCosine, 52> make_sines() {
 }
 constexpr auto sines = make_sines();
 
-/// An angle within ±π/4 as a multiple of 1/64 plus d; sin d = d + sine, cos d = 1 + cosine.
+/// An angle within ±π/4 is a multiple of 1/64 plus d, with sin d = d + sine and cos d = 1 + cosine.
 struct NearMultiple {
     const SineCosine& of;
     double sign, d, sine, cosine;
@@ -514,7 +515,6 @@ DoubleDouble cosine(DoubleDouble r) {
 
 // ---------------------------------------------------------------- angles
 
-/// atan(i/64).
 constexpr std::array<DoubleDouble, 65> make_arcs() {
     std::array<DoubleDouble, 65> out{};
     for (std::size_t i = 0; i + 1 < out.size(); ++i) {
@@ -529,7 +529,7 @@ constexpr std::array<DoubleDouble, 65> make_arcs() {
 }
 constexpr auto arcs = make_arcs();
 
-/// Angle of (x, y), 0 ≤ y ≤ x.
+/// Angle of the vector (x, y), for 0 ≤ y ≤ x.
 DoubleDouble angle_below_diagonal(DoubleDouble y, DoubleDouble x) {
     const double about = y.high / x.high;
     DoubleDouble t, arc;
@@ -548,7 +548,7 @@ DoubleDouble angle_below_diagonal(DoubleDouble y, DoubleDouble x) {
     return fast_two_sum(sum.high, sum.low + (arc.low + (t.low + series)));
 }
 
-/// Angle of (x, y), y ≥ 0.
+/// Angle of the vector (x, y), for y ≥ 0.
 DoubleDouble angle_above(DoubleDouble y, DoubleDouble x) {
     const bool left = x.high < 0;
     if (left) x = -x;

@@ -1,4 +1,4 @@
-// Example of camber.core: a mesh of immutable columns, its topology, and a sum. Pure functions return an Outcome; only
+// Example of camber.core: a mesh of immutable columns, its topology, and a sum. Pure functions return an Outcome. Only
 // an Execution refers to threads.
 #include <array>
 #include <cmath>
@@ -10,7 +10,6 @@ import camber.core;
 
 using namespace camber;
 
-/// A regular n-gon on the unit circle, as n triangles around its centre (vertex 0).
 static LinearMesh<2> polygon(std::size_t n) {
     Buffer<Vec<2>> points(n + 1, Vec<2>{});
     Buffer<SimplexVertices<2>> triangles(n);

@@ -127,7 +127,7 @@ Error out_of_memory(const std::bad_alloc& failure) {
 
 namespace {
 
-/// True if no thread can be started. TBB throws a runtime_error with the name of the call.
+/// True if no thread could be started: TBB then throws a runtime_error with the name of the call.
 bool is_thread_failure(const std::runtime_error& error) {
     return dynamic_cast<const std::system_error*>(&error) != nullptr ||
            std::string_view(error.what()).starts_with("pthread_");
@@ -154,7 +154,7 @@ Error out_of_resources() {
 
 namespace {
 
-/// Progress of one loop: one thread at a time, ascending; the last report is the total.
+/// Progress reports of one loop, from one thread at a time, ascending. The last report is the total.
 class Ticker {
   public:
     Ticker(const Execution& execution, std::size_t total) : execution_(execution), total_(total) {}
@@ -165,7 +165,7 @@ class Ticker {
         std::unique_lock lock(mutex_, std::try_to_lock);
         if (!lock && done_.load() == total_) lock.lock();
         if (!lock) return;
-        // Read under the lock: an earlier value could be smaller than one already reported.
+        // `done_` is read under the lock, because an earlier value could be smaller than one already reported.
         const std::size_t done = done_.load();
         if (done == reported_) return;
         reported_ = done;
@@ -197,7 +197,7 @@ Outcome<Done> run_chunks(const Execution& execution, std::size_t n, std::size_t 
         if (execution.threads == 1 || chunks < 2) {
             for (std::size_t chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
         } else {
-            // Surplus threads would not run, and the library would print a warning.
+            // More threads than the default concurrency would not run, and TBB would print a warning.
             const int threads = std::min(execution.threads, tbb::info::default_concurrency());
             tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
             arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run_chunk); });

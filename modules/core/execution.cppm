@@ -19,31 +19,29 @@ import :outcome;
 
 export namespace camber {
 
-/// Threads, stop request and progress of a stage. Results do not depend on it.
+/// Threads, stop request and progress of a stage. Results of computations do not depend on it.
 struct Execution {
-    /// 0: all of the machine
+    /// 0: all hardware threads
     int threads = 0;
-    /// Polled between chunks; leads to ErrorKind::stopped.
+    /// Polled between chunks. A stop request leads to ErrorKind::stopped.
     std::stop_token stop = {};
-    /// Called from one thread at a time, with items of a loop or fractions of several loops (`part_of`).
+    /// Called from one thread at a time, with items of a loop, or with fractions of several loops (`part_of`).
     std::function<void(std::size_t done, std::size_t total)> progress = {};
 };
 
-/// For loops whose progress is not reported.
 [[nodiscard]] inline Execution without_progress(Execution execution) {
     execution.progress = {};
     return execution;
 }
 
-/// Reports progress of loops that do not use `each`.
 inline void report_progress(const Execution& execution, std::size_t done, std::size_t total) {
     if (execution.progress) execution.progress(done, total);
 }
 
-/// Progress resolution of stages with several loops.
 inline constexpr std::size_t progress_resolution = 1'000'000'000;
 
-/// Execution of one of several loops of `whole`, between the fractions `from` and `to` of its progress. May be nested.
+/// Execution of one of several loops of `whole`, whose progress goes from the fraction `from` to `to`. Calls may be
+/// nested.
 [[nodiscard]] inline Execution part_of(Execution whole, double from, double to) {
     if (whole.progress)
         whole.progress = [report_whole = std::move(whole.progress), from, to](std::size_t done, std::size_t total) {
@@ -54,11 +52,11 @@ inline constexpr std::size_t progress_resolution = 1'000'000'000;
     return whole;
 }
 
-/// Wrapper around each step, for timing and progress. `around(name, body)` must call body once, with an Execution.
+/// Function called around each step, for timing and progress. `around(name, body)` must call body once, with an
+/// Execution.
 using StepWrapper =
     std::function<Outcome<Done>(std::string_view step, const std::function<Outcome<Done>(const Execution&)>& body)>;
 
-/// Runs each step with `execution`, without a wrapper.
 [[nodiscard]] inline StepWrapper without_wrapper(const Execution& execution) {
     return [&execution](std::string_view, const auto& body) { return body(execution); };
 }
@@ -87,12 +85,12 @@ Outcome<Done> run_chunks(const Execution& execution, std::size_t n, std::size_t 
 
 export namespace camber {
 
-/// Default chunk size; fixed, because rounding in reductions depends on it.
+/// Default chunk size. It is fixed, because rounding in reductions depends on it.
 inline constexpr std::size_t default_grain = 256;
 
 [[nodiscard]] inline auto stopped() { return fail(ErrorKind::stopped, "stopped on request"); }
 
-/// Errors of the loops below: stopped; memory, in any thread.
+/// Errors of the following loops: stopped; memory (in any thread).
 
 /// Calls f(begin, end) for chunks of [0, n) in parallel. Chunks do not depend on the number of threads.
 template <class F>
@@ -114,7 +112,6 @@ template <class F>
         grain);
 }
 
-/// Buffer of f(i), computed in parallel.
 template <class F>
 [[nodiscard]] auto map_each(const Execution& execution, std::size_t n, F&& f, std::size_t grain = default_grain)
     -> Outcome<Buffer<std::decay_t<decltype(f(std::size_t{}))>>> {
@@ -153,17 +150,18 @@ template <class T, class Accumulate, class Join>
 }
 
 // Parallel execution of work items on overlapping parts of a mesh, equivalent to sequential execution in a given order.
-// An item runs as soon as it overlaps no earlier item. The result depends only on the order.
+// An item runs as soon as it overlaps no earlier unfinished item. The result depends only on the order.
 
-/// Elements that a work item reads and writes. None: unknown in advance, the item runs alone.
+/// Elements that a work item reads and writes. None: they are unknown in advance, so the item runs alone.
 using Claim = std::optional<std::span<const ElementId>>;
 
-/// Selects items that can run concurrently. It has a row for each element of a mesh, and is reused over rounds.
+/// Selects items that can run concurrently. It has a row for each element, and serves many rounds (batches of
+/// concurrent items).
 class Schedule {
   public:
     explicit Schedule(std::size_t elements) : first_(elements, unclaimed) {}
 
-    /// Ascending positions of the items that precede all others with one of their elements; not empty for n > 0.
+    /// Returns, ascending, the items that precede all others with one of their elements; not empty for n > 0.
     /// `claim(i)`: elements of item i. Errors: stopped, memory.
     template <class ElementsOf>
     [[nodiscard]] Outcome<std::vector<std::size_t>> disjoint(std::size_t n, ElementsOf&& claim,
@@ -198,21 +196,22 @@ class Schedule {
         }
     }
 
-    std::vector<std::uint32_t> first_;  ///< first claim of each element; reset between calls
+    std::vector<std::uint32_t> first_;
 };
 
-/// Pseudo-random order (after Luby): most items then precede all items that they overlap. Ranks are unique.
+/// Pseudo-random, unique rank of an id (after Luby). In the order of ranks, most items precede all items that they
+/// overlap.
 template <class Tag>
 [[nodiscard]] constexpr std::uint64_t spread_rank(Id<Tag> id) {
     return mixed_bits((id.index() + 1) * 0x9e3779b97f4a7c15ULL);
 }
 
-/// Maximum number of items examined in a round.
+/// Maximum number of items examined for a batch.
 inline constexpr std::size_t round_window = 8192;
 
-/// Processes items in rounds of concurrent ones. `round(items)` processes them in order; false ends the loop. Items
-/// that are `needless` in their round are skipped. `claim(item)`: see Claim; fixed while the item waits. Errors: those
-/// of `round`, stopped.
+/// Processes items in rounds (batches of concurrent items). `round(items)` processes a batch in order; false ends the
+/// loop. Items that are `needless` when examined are skipped. `claim(item)` must not change while the item waits.
+/// Errors: those of `round`, stopped.
 template <class Item, class Needless, class ClaimOf, class Round>
 [[nodiscard]] Outcome<Done> run_in_rounds(Schedule& schedule, std::vector<Item> items, const Execution& execution,
                                           Needless&& needless, ClaimOf&& claim, Round&& round) {
@@ -220,7 +219,7 @@ template <class Item, class Needless, class ClaimOf, class Round>
     const std::size_t all = items.size();
     std::vector<Item> front, now;
     for (std::size_t begin = 0; true;) {
-        // The first items, up to one that must run alone.
+        // Takes the first items, up to one that must run alone.
         front.clear();
         std::size_t end = begin;
         bool alone = false;
@@ -239,7 +238,7 @@ template <class Item, class Needless, class ClaimOf, class Round>
         } else {
             const auto chosen = schedule.disjoint(front.size(), [&](std::size_t i) { return *claim(front[i]); }, quiet);
             if (!chosen) return fail(chosen.error());
-            // Waiting items are stored directly before the items not yet examined.
+            // Items that must wait are stored directly before the items not yet examined.
             std::size_t next = chosen->size();
             for (std::size_t i = front.size(); i-- > 0;) {
                 if (next > 0 && (*chosen)[next - 1] == i)

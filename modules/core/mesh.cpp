@@ -25,7 +25,6 @@ Simplices<K> simplices_of(Cells<simplex<K>> cells) {
             std::move(cells.entities)};
 }
 
-/// "3 prisms, 2 hexahedra": non-simplices among elements and facets.
 template <int D>
 std::string list_others(const Mesh<D>& mesh) {
     std::array<std::size_t, 7> counts{};
@@ -117,9 +116,9 @@ Outcome<QuadraticMesh<D>> as_quadratic(Mesh<D> mesh) {
 
 namespace {
 
-// Unique edges and faces: entities of cells with the same vertices are merged.
+// Unique edges and faces: edges or faces of cells with the same vertices become one entity.
 
-/// An edge or face of a cell without its lowest vertex, and its slot in the list of all cells.
+/// An edge or face of a cell without its lowest vertex, and its slot among those of all cells.
 template <std::size_t N>
 struct Listed {
     std::array<VertexId, N - 1> others;
@@ -135,14 +134,14 @@ struct Listed {
     [[nodiscard]] std::uint64_t pair() const { return std::uint64_t{others[0].value} << 32U | others[1].value; }
 };
 
-/// Sorted by vertices; `ids`: by slot.
 template <std::size_t N>
 struct UniqueEntities {
     Buffer<std::array<VertexId, N>> vertices;
     Buffer<std::uint32_t> ids;
 };
 
-/// `visit(f)` calls f(slot, vertices) for each slot in parallel, lowest vertex first.
+/// Finds the unique entities. `visit(f)` must call f(slot, vertices) for each slot in parallel, with the lowest vertex
+/// first.
 template <std::size_t N, class Visit>
 Outcome<UniqueEntities<N>> unique_entities(std::size_t slots, std::size_t points, Visit&& visit,
                                            const Execution& execution) {
@@ -188,7 +187,6 @@ Outcome<UniqueEntities<N>> unique_entities(std::size_t slots, std::size_t points
     return out;
 }
 
-/// Calls f.operator()<shape>(cells) for elements, facets and feature edges.
 template <int D, class F>
 void each_list(const Mesh<D>& mesh, F&& f) {
     each_shape<D>([&]<Shape shape>() { f.template operator()<shape>(mesh.elements.template of<shape>()); });
@@ -196,7 +194,6 @@ void each_list(const Mesh<D>& mesh, F&& f) {
     if constexpr (D == 3) f.template operator()<Shape::line>(mesh.edges);
 }
 
-/// Rejects cells with a repeated vertex (a degenerate edge) or an invalid vertex.
 template <int D>
 Outcome<Done> check_vertices(const Mesh<D>& mesh, const Execution& execution) {
     Outcome<Done> result = Done{};
@@ -285,7 +282,6 @@ Outcome<Done> add_edges(Mesh<D>& mesh, const Execution& execution) {
     return done;
 }
 
-/// Number of faces of a cell in 3D: of a solid, or 1 for a 2D cell.
 template <Shape shape>
 constexpr int face_count_of = shape_table<shape>.dimension == 3   ? shape_table<shape>.face_count
                               : shape_table<shape>.dimension == 2 ? 1
@@ -298,7 +294,6 @@ constexpr ShapeFace face_at(int f) {
         return {shape, {0, 1, 2, 3}};
 }
 
-/// For each face of a cell: number of earlier faces of the same shape; then the total.
 template <Shape shape, Shape face>
 constexpr auto face_ranks = [] {
     std::array<int, 7> ranks{};
@@ -309,7 +304,7 @@ constexpr auto face_ranks = [] {
 template <Shape face>
 Outcome<Buffer<ShapeVertices<face>>> add_faces(Mesh<3>& mesh, const Execution& execution) {
     constexpr std::size_t corners = shape_table<face>.corner_count;
-    const auto each_slot = [&](auto&& f) {  // f(cells, cell, face of the cell, slot)
+    const auto each_slot = [&](auto&& f) {  // calls f(cells, cell, face of the cell, slot)
         Outcome<Done> done = Done{};
         std::size_t first = 0;
         each_list(mesh, [&]<Shape shape>(const Cells<shape>& cells) {
@@ -369,7 +364,8 @@ Outcome<Buffer<ShapeVertices<face>>> add_faces(Mesh<3>& mesh, const Execution& e
     return std::move(faces->vertices);
 }
 
-/// Linear corner functions at each node of an element; for pyramids, those of the collapsed hexahedron.
+/// Values of the linear corner functions at each node of an element. Pyramids have the functions of the collapsed
+/// hexahedron.
 template <Shape shape, int degree>
 constexpr auto corner_weights = [] {
     constexpr int corners = shape_table<shape>.corner_count;
@@ -377,7 +373,7 @@ constexpr auto corner_weights = [] {
     for (std::size_t n = 0; n < weights.size(); ++n) {
         std::array<double, 3> x{};
         for (int d = 0; d < 3; ++d) x[d] = static_cast<double>(lagrange_nodes<shape, degree>[n][d]) / degree;
-        const double rest = shape == Shape::pyramid ? 1 - x[2] : 1;  // size of the cross-section
+        const double rest = shape == Shape::pyramid ? 1 - x[2] : 1;  // side length of the cross-section at height x[2]
         for (int c = 0; c < corners; ++c) {
             const auto& at = shape_table<shape>.coordinates[c];
             double& w = weights[n][c] = 1;
@@ -398,7 +394,6 @@ constexpr auto corner_weights = [] {
     return weights;
 }();
 
-/// Writes the inner nodes of cells from index `first` on.
 template <Shape shape, int degree, int D, class Rows>
 Outcome<Done> place_inner(const Mesh<D>& mesh, const Rows& rows, std::size_t first, Buffer<Vec<D>>& nodes,
                           const Execution& execution) {

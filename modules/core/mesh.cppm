@@ -20,7 +20,6 @@ export namespace camber {
 
 inline constexpr int max_degree = 5;
 
-/// Calls f.operator()<shape>() for shapes of dimension K.
 template <int K, class F>
 constexpr void each_shape(F&& f) {
     static_assert(K >= 1 && K <= 3);
@@ -37,7 +36,6 @@ constexpr void each_shape(F&& f) {
     }
 }
 
-/// One T<shape> for each shape of dimension K.
 template <int K, template <Shape> class T>
 class ByShape {
   public:
@@ -60,46 +58,46 @@ class ByShape {
     typename Values::type values_;
 };
 
-/// In the order of `shape_table`.
+/// Vertices of a cell, in the order of `shape_table`.
 template <Shape shape>
 using ShapeVertices = std::array<VertexId, shape_table<shape>.corner_count>;
 
-/// See `Simplices`.
+/// Cells of one shape; see `Simplices`.
 template <Shape shape>
 struct Cells {
     Column<ShapeVertices<shape>> vertices;
-    Column<Reference> references;     ///< one per cell
-    Column<std::uint32_t> required;   ///< indices of fixed cells
-    Column<Reference> entities = {};  ///< see Simplices
+    Column<Reference> references;
+    Column<std::uint32_t> required;
+    Column<Reference> entities = {};
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
     friend bool operator==(const Cells&, const Cells&) = default;
 };
 
-/// Unique edges of cells, in the order of `shape_table`. Empty for degree 1.
+/// Ids of the unique edges of each cell, in the order of `shape_table`. Empty for degree 1.
 template <Shape shape>
 struct EdgesOfCells {
     Column<std::array<EdgeId, shape_table<shape>.edge_count>> ids;
     friend bool operator==(const EdgesOfCells&, const EdgesOfCells&) = default;
 };
 
-/// Unique faces of cells in 3D: faces of a solid in the order of `shape_table`, or the 2D cell itself. Invalid for
-/// shapes without inner nodes at the mesh's degree; empty if no face has any.
+/// Ids of the unique faces of each cell in 3D: faces of a solid in the order of `shape_table`, or the 2D cell itself.
+/// Faces without inner nodes at the mesh's degree have invalid ids; the column is empty if no face has any.
 template <Shape shape>
 struct FacesOfCells {
     Column<std::array<FaceId, shape_table<shape>.dimension == 2 ? 1 : shape_table<shape>.face_count>> ids;
     friend bool operator==(const FacesOfCells&, const FacesOfCells&) = default;
 };
 
-/// Unique edges and faces with inner nodes. Nodes start at the first corner. On an edge they go to the second. On a
-/// triangle they go first towards the second corner, then towards the third; on a quadrilateral towards the second,
-/// then the fourth. Elements derive orientations from their vertices.
+/// Unique edges and faces with inner nodes. Inner nodes are numbered from the first corner. On an edge they go to the
+/// second corner. On a triangle they go first towards the second corner, then towards the third; on a quadrilateral,
+/// towards the second, then the fourth. Elements derive orientations from their vertices.
 template <int D>
 struct MeshEntities {
-    Column<std::array<VertexId, 2>> edges;           ///< lower vertex first, sorted; from degree 2 on
-    Column<std::array<VertexId, 3>> triangles;       ///< ascending vertices, sorted rows; 3D, from degree 3 on
-    Column<std::array<VertexId, 4>> quadrilaterals;  ///< cyclic order: lowest vertex first, then its lower neighbour;
-                                                     ///< sorted rows; 3D, from degree 2 on
+    Column<std::array<VertexId, 2>> edges;           ///< from degree 2 on; lower vertex first; sorted rows
+    Column<std::array<VertexId, 3>> triangles;       ///< 3D, from degree 3 on; ascending vertices; sorted rows
+    Column<std::array<VertexId, 4>> quadrilaterals;  ///< 3D, from degree 2 on; in cyclic order from the lowest vertex
+                                                     ///< towards its lower neighbour; sorted rows
     ByShape<D, EdgesOfCells> edges_of_elements;
     ByShape<D - 1, EdgesOfCells> edges_of_facets;
     Column<EdgeId> edges_of_edges;
@@ -110,10 +108,10 @@ struct MeshEntities {
 };
 
 /// A mesh of one degree from 1 to 5 with elements of any shapes of dimension D: an immutable value of columns. Nodes
-/// are points on the geometry, equispaced in the reference element. Each is stored once, with the vertex, edge, face or
-/// element whose interior it is in, so that elements share nodes. The nodes of an element follow from its vertices and
-/// the ids of its edges and faces. Elements are numbered shape by shape. camber.soundness checks that adjacent faces
-/// match.
+/// are points on the geometry, equispaced in the reference element. Each node is stored once, with the vertex, edge,
+/// face or element that has it in its interior, so that elements share nodes. The nodes of an element follow from its
+/// vertices and the ids of its edges and faces. Elements are numbered shape by shape. camber.soundness checks that
+/// adjacent faces match.
 ///
 /// Edge nodes have the type of `QuadraticMesh::mid_nodes`, so that the column can be shared.
 template <int D>
@@ -121,17 +119,17 @@ struct Mesh {
     static constexpr int dimension = D;
 
     int degree = 1;
-    Column<Vec<D>> points;               ///< vertex coordinates
-    Column<LagrangeNode<D>> edge_nodes;  ///< degree − 1 per edge
-    Column<Vec<D>> face_nodes;           ///< 3D: triangles, then quadrilaterals
-    Column<Vec<D>> inner_nodes;          ///< by element, in the order of `lagrange_nodes`
-    Column<Reference> point_references;  ///< one per vertex
-    Column<VertexId> corners;            ///< corners of curves
+    Column<Vec<D>> points;
+    Column<LagrangeNode<D>> edge_nodes;  ///< degree − 1 nodes for each edge
+    Column<Vec<D>> face_nodes;           ///< 3D: nodes of triangles, then of quadrilaterals
+    Column<Vec<D>> inner_nodes;          ///< element by element, in the order of `lagrange_nodes`
+    Column<Reference> point_references;
+    Column<VertexId> corners;  ///< end points and corners of feature curves
     Column<VertexId> required_vertices;
     ByShape<D, Cells> elements;
     ByShape<D - 1, Cells> facets;  ///< boundary and material interfaces
-    Cells<Shape::line> edges;      ///< feature edges (3D)
-    Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or the facets (2D)
+    Cells<Shape::line> edges;
+    Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or `facets` (2D)
     InputGeometry<D> geometry;
     Column<Group> groups = {};
     MeshEntities<D> entities;
@@ -173,11 +171,12 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> as_quadratic(Mesh<D> mesh);
 
-/// Simplices of a mesh of any degree, without other shapes.
+/// Simplices of a mesh of any degree as a straight mesh, without cells of other shapes.
 template <int D>
 [[nodiscard]] LinearMesh<D> straight_simplices(Mesh<D> mesh);
 
-/// Calls f(mesh) → Outcome with a LinearMesh or QuadraticMesh. Errors (unsupported): a higher degree, or non-simplices.
+/// Calls f(mesh) → Outcome with the mesh as a LinearMesh or QuadraticMesh. Errors (unsupported): a higher degree, or
+/// non-simplices.
 template <int D, class F>
 [[nodiscard]] auto on_simplices(Mesh<D> mesh, F&& f) -> decltype(f(LinearMesh<D>{})) {
     if (mesh.degree > 2)
@@ -194,9 +193,10 @@ template <int D, class F>
     return f(std::move(*linear));
 }
 
-/// Raises the degree of a linear mesh without a change of its geometry, and adds its edges and faces. Nodes are values
-/// of the linear corner functions (pyramids: of the collapsed hexahedron). Errors: usage (not of degree 1, or `degree`
-/// not from 1 to 5), input (a cell with a repeated or invalid vertex), unsupported (too many edges or faces), stopped.
+/// Raises the degree of a linear mesh without a change of its geometry, and adds its unique edges and faces. Node
+/// positions follow from the linear corner functions (pyramids: those of the collapsed hexahedron). Errors: usage (the
+/// mesh is not of degree 1, or `degree` is not from 1 to 5), input (a cell with a repeated or invalid vertex),
+/// unsupported (too many edges or faces), stopped.
 template <int D>
 [[nodiscard]] Outcome<Mesh<D>> elevate(Mesh<D> mesh, int degree, const Execution& execution);
 
@@ -216,7 +216,7 @@ template <int D, class F>
     return mesh;
 }
 
-/// In the order of `lagrange_nodes`.
+/// Nodes of an element, in the order of `lagrange_nodes`.
 template <Shape shape, int degree, int D>
 struct Element {
     std::array<Vec<D>, element_nodes<shape, degree>> nodes;
@@ -227,8 +227,8 @@ struct Element {
 
 namespace camber {
 
-/// Orientation relative to the unique face. Triangle: bits of 0 < 1, 0 < 2, 1 < 2. Quadrilateral: twice the position of
-/// the lowest vertex, plus 1 if the next is its lower neighbour.
+/// Orientation of an element's face relative to the unique face. Triangle: three bits, for v0 < v1, v0 < v2 and v1 <
+/// v2. Quadrilateral: twice the position of the lowest vertex, plus 1 if the next vertex is its lower neighbour.
 [[nodiscard]] constexpr int orientation_of(const std::array<VertexId, 3>& v) {
     return (v[0] < v[1] ? 1 : 0) + (v[0] < v[2] ? 2 : 0) + (v[1] < v[2] ? 4 : 0);
 }
@@ -239,7 +239,7 @@ namespace camber {
     return 2 * lowest + (v[(lowest + 1) % 4] < v[(lowest + 3) % 4] ? 1 : 0);
 }
 
-/// Positions of a face's vertices in the unique face's order.
+/// Returns, for each corner of the unique face, its position among the element's face vertices.
 [[nodiscard]] constexpr std::array<int, 4> corners_by_orientation(Shape shape, int orientation) {
     if (shape == Shape::quadrilateral) {
         const int first = orientation / 2, step = orientation % 2 == 1 ? 1 : 3;
@@ -247,14 +247,14 @@ namespace camber {
     }
     std::array<int, 4> at{};
     const std::array<bool, 3> below{(orientation & 1) != 0, (orientation & 2) != 0,
-                                    (orientation & 4) != 0};  // 0 < 1, 0 < 2, 1 < 2
+                                    (orientation & 4) != 0};  // bits of v0 < v1, v0 < v2 and v1 < v2
     const std::array<int, 3> rank{(below[0] ? 0 : 1) + (below[1] ? 0 : 1), (below[0] ? 1 : 0) + (below[2] ? 0 : 1),
                                   (below[1] ? 1 : 0) + (below[2] ? 1 : 0)};
     for (int i = 0; i < 3; ++i) at[rank[i]] = i;
     return at;
 }
 
-/// Positions of a face's inner nodes among those of the unique face.
+/// For each inner node of an element's face, in order: its position among the inner nodes of the unique face.
 template <Shape shape, int degree>
 inline constexpr auto nodes_by_orientation = [] {
     constexpr int count = inner_node_count(shape, degree);
@@ -265,7 +265,7 @@ inline constexpr auto nodes_by_orientation = [] {
     for (int orientation = 0; orientation < 8; ++orientation) {
         const auto at = corners_by_orientation(shape, orientation);
         const int last = shape == Shape::quadrilateral ? 3 : 2;
-        for (int n = 0; n < count; ++n) {  // steps from the unique face's first corner along its two directions
+        for (int n = 0; n < count; ++n) {  // steps from the first corner of the unique face along its two directions
             std::array<int, 2> to{};
             for (int d = 0; d < 2; ++d) {
                 to[d] = lattice[first + n][d];
@@ -289,7 +289,6 @@ inline constexpr auto nodes_by_orientation = [] {
     return nodes;
 }();
 
-/// Appends inner face nodes in the order of `vertices`.
 template <Shape face, int degree, int D, std::size_t N>
 void append_face(const Mesh<D>& mesh, const std::array<VertexId, N>& vertices, FaceId id, Vec<D>*& out) {
     constexpr std::size_t count = inner_node_count(face, degree);
@@ -302,14 +301,13 @@ void append_face(const Mesh<D>& mesh, const std::array<VertexId, N>& vertices, F
     }
 }
 
-/// Appends inner edge nodes from a to b.
 template <int degree, int D>
 void append_edge(const Mesh<D>& mesh, VertexId a, VertexId b, EdgeId id, Vec<D>*& out) {
     const std::size_t first = id.index() * (degree - 1);
     for (int n = 0; n < degree - 1; ++n) *out++ = mesh.edge_nodes[first + (a < b ? n : degree - 2 - n)].point;
 }
 
-/// Cell i of a list with its `edges`, `faces` and first inner node.
+/// Collects the nodes of cell i of `cells`. `inner` is the index of its first inner node.
 template <Shape shape, int degree, int D>
 [[nodiscard]] Element<shape, degree, D> gather(const Mesh<D>& mesh, const Cells<shape>& cells,
                                                const EdgesOfCells<shape>& edges, const FacesOfCells<shape>& faces,
@@ -346,7 +344,7 @@ template <Shape shape, int degree, int D>
     return element;
 }
 
-/// Aborts for a degree outside 1 to max_degree.
+/// Calls f with the degree as a constant. Aborts for a degree outside 1 to max_degree.
 template <class F>
 auto at_degree(int degree, F&& f) {
     switch (degree) {
@@ -363,7 +361,6 @@ auto at_degree(int degree, F&& f) {
 
 export namespace camber {
 
-/// Cells of one shape and dimension; refers to the mesh.
 template <Shape shape_, int degree_, int D>
 class CellBlock {
   public:
@@ -373,7 +370,7 @@ class CellBlock {
     CellBlock(const Mesh<D>& mesh, std::size_t first, std::size_t inner) : mesh_(&mesh), first_(first), inner_(inner) {}
 
     [[nodiscard]] std::size_t size() const { return cells().size(); }
-    /// Number of the first cell among all of its dimension.
+    /// Number of this block's first cell among all cells of its dimension.
     [[nodiscard]] std::size_t first() const { return first_; }
     [[nodiscard]] const Cells<shape>& cells() const {
         if constexpr (dimension == D)
@@ -408,7 +405,6 @@ class CellBlock {
 };
 
 /// Calls f(block) for each shape in the mesh: elements (K = D), facets (K = D − 1) or feature edges (K = 1 in 3D).
-/// Shape and degree are template parameters of kernels.
 template <int K, int D, class F>
 void each_block_of(const Mesh<D>& mesh, F&& f) {
     static_assert(K == D || K == D - 1 || K == 1);

@@ -29,15 +29,14 @@ constexpr std::size_t longest_quote = 80;
 /// Shortened text in quotation marks, with "?" for control characters.
 [[nodiscard]] std::string in_quotes(std::string_view text);
 
-/// Error category; mapped to an exit code.
 enum class ErrorKind {
-    usage,        ///< invalid option or config: exit code 2
-    input,        ///< invalid input file or mesh: 3
-    unsupported,  ///< valid, but not supported by Camber: 3
-    write,        ///< an output cannot be written: 3
-    stopped,      ///< stopped on request: 130
-    memory,       ///< out of memory: 4
-    internal,     ///< internal error: 4
+    usage,        ///< invalid option or configuration: exit code 2
+    input,        ///< invalid input file or mesh: exit code 3
+    unsupported,  ///< valid input that Camber does not support: exit code 3
+    write,        ///< an output cannot be written: exit code 3
+    stopped,      ///< stopped on request: exit code 130
+    memory,       ///< out of memory: exit code 4
+    internal,     ///< internal error: exit code 4
 };
 
 /// A mesh entity, with its file number from 1: `tetrahedron 1234`.
@@ -47,7 +46,7 @@ struct Entity {
 };
 
 /// `what`: a sentence without a full stop; `where`: file with line or byte, or JSON path; `remedy`: advice. The
-/// constructors are not inline, because each function that returns an Outcome contains several.
+/// constructors are not inline, because each function that returns an Outcome contains several calls.
 struct Error {
     ErrorKind kind = ErrorKind::internal;
     std::string what;
@@ -68,7 +67,6 @@ struct Error {
 template <class T>
 using Outcome = tl::expected<T, Error>;
 
-/// Value without data.
 struct Done {};
 
 [[nodiscard]] tl::unexpected<Error> fail(Error error);
@@ -76,13 +74,13 @@ struct Done {};
 [[nodiscard]] tl::unexpected<Error> fail(ErrorKind kind, std::string what, std::string where = {},
                                          std::optional<Entity> entity = {}, std::string remedy = {});
 
-/// `where: entity: what (remedy)`. Parts have at most 4096 bytes, the maximum path length.
+/// Returns `where: entity: what (remedy)`. Each part has at most 4096 bytes, the maximum path length.
 [[nodiscard]] std::string describe(const Error& e);
 
 // Description of the members of a struct of options, for parsing, checks, output and help. The struct has a static
 // function `options()` that returns a tuple of `Option`. The default is the member's initialiser.
 
-/// Range of a value; for an array: of its items, and their number.
+/// Range of a value. For an array: range of its items, and of their number.
 struct Limits {
     double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
     bool low_open = false, high_open = false;
@@ -91,9 +89,9 @@ struct Limits {
     [[nodiscard]] constexpr bool permit(double x) const {
         return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
     }
-    /// "at least 0 and below 1", or empty.
+    /// Range as in "at least 0 and below 1"; empty without limits.
     [[nodiscard]] std::string text() const;
-    /// "[0, 1)", "(0, inf)".
+    /// Range as in "[0, 1)" or "(0, inf)".
     [[nodiscard]] std::string interval() const;
 };
 
@@ -124,13 +122,11 @@ struct Option {
         o.limits.max_count = most;
         return o;
     }
-    /// Marks an option without a meaningful default.
     [[nodiscard]] constexpr Option required() const {
         Option o = *this;
         o.is_required = true;
         return o;
     }
-    /// Returns the same option for a member of another struct.
     template <class R>
     [[nodiscard]] constexpr Option<R, T> as(T R::* other) const {
         return {name, other, sentence, unit_name, limits, is_required};
@@ -159,7 +155,6 @@ template <class S, class T>
 template <class S>
 concept HasOptions = requires { std::tuple_size<decltype(S::options())>::value; };
 
-/// Calls f(option) in order.
 template <HasOptions S, class F>
 constexpr void each_option(F&& f) {
     constexpr auto options = S::options();
@@ -178,13 +173,12 @@ template <HasOptions S, class T>
     return found;
 }
 
-/// "must be at least 0 and below 1, got 2".
+/// Text as in "must be at least 0 and below 1, got 2".
 [[nodiscard]] std::string out_of_limits(const Limits& limits, std::string_view got);
 
 /// Errors (usage): the value is not finite or not within the limits.
 [[nodiscard]] Outcome<Done> check_limits(std::string_view name, double value, const Limits& limits);
 
-/// Checks all numeric options.
 template <HasOptions S>
 [[nodiscard]] Outcome<Done> check_limits(const S& options) {
     Outcome<Done> result = Done{};
@@ -210,7 +204,7 @@ Word(E, std::string_view) -> Word<E>;
 /// True for enumerators. clang and gcc print other values as a cast: (E)7.
 template <auto Value>
 [[nodiscard]] consteval bool is_enumerator() {
-    const std::string_view text = __PRETTY_FUNCTION__;  // … [Value = space::E::name]
+    const std::string_view text = __PRETTY_FUNCTION__;  // ends with [Value = space::E::name]
     const char first = text[text.find_last_of(" :)") + 1];
     return first != '-' && (first < '0' || first > '9');
 }
@@ -252,14 +246,14 @@ template <HasWords E>
     return all;
 }
 
-/// Error of a failed allocation; for an array in a file, kind `write` with the system's reason.
+/// Error of a failed allocation. For an array in a file, it has the kind `write` and the system's reason.
 [[nodiscard]] Error out_of_memory(const std::bad_alloc& failure);
 
-/// Converts the current exception if memory or a thread is not available; rethrows others.
+/// Returns the current exception as an error if memory or a thread is not available; rethrows other exceptions.
 [[nodiscard]] Error out_of_resources();
 
-/// Runs f() → Outcome at a module's interface, with lack of memory or threads as an error (out_of_resources). Other
-/// exceptions are internal errors.
+/// Runs f() → Outcome at a module's interface. Lack of memory or threads becomes an error (out_of_resources); other
+/// exceptions become internal errors.
 template <class F>
 [[nodiscard]] auto guarded(F&& f) -> decltype(f()) {
     try {

@@ -11,16 +11,16 @@ export namespace camber {
 
 enum class Shape : std::uint8_t { line, triangle, quadrilateral, tetrahedron, prism, pyramid, hexahedron };
 
-/// Corners counter-clockwise seen from outside.
+/// Corners are counter-clockwise seen from outside.
 struct ShapeFace {
     Shape shape = Shape::triangle;
     std::array<int, 4> corners{};
 };
 
-/// Rows beyond the counts are not used. Only shapes of dimension 3 have faces.
+/// Array entries beyond the counts are not used. Only shapes of dimension 3 have faces.
 struct ShapeTable {
     int dimension = 0, corner_count = 0, edge_count = 0, face_count = 0;
-    std::array<std::array<int, 3>, 8> coordinates{};  ///< of corners: 0 or 1
+    std::array<std::array<int, 3>, 8> coordinates{};  ///< corner coordinates, each 0 or 1
     std::array<std::array<int, 2>, 12> edges{};
     std::array<ShapeFace, 6> faces{};
 };
@@ -29,7 +29,7 @@ struct ShapeTable {
 
 namespace camber {
 
-/// Arguments: digits of corner coordinates, and of the corners of edges and faces, separated by spaces.
+/// Makes a table from words of digits: coordinates of corners, and corners of edges and faces.
 constexpr ShapeTable table_from(int dimension, std::string_view corners, std::string_view edges,
                                 std::string_view faces) {
     const auto each_word = [](std::string_view words, auto read) {
@@ -58,8 +58,9 @@ constexpr ShapeTable table_from(int dimension, std::string_view corners, std::st
 
 export namespace camber {
 
-/// Simplices have the order of `SimplexVertices` and `local_edges`. Other solids have a bottom, counter-clockwise seen
-/// from above, and a top. The apex of the reference pyramid is above corner 0; a shear moves it to any position.
+/// The tables of simplices have the order of `SimplexVertices` and `local_edges`. Other solids have a bottom,
+/// counter-clockwise seen from above, and a top. The apex of the reference pyramid is above corner 0; a shear moves it
+/// to any position.
 template <Shape shape>
 inline constexpr ShapeTable shape_table = [] {
     switch (shape) {
@@ -82,7 +83,6 @@ inline constexpr Shape simplex = K == 1   ? Shape::line
                                  : K == 2 ? Shape::triangle
                                           : Shape::tetrahedron;
 
-/// Name in messages, and its plural.
 [[nodiscard]] constexpr const char* name_of(Shape shape) {
     constexpr std::array names{"edge", "triangle", "quadrilateral", "tetrahedron", "prism", "pyramid", "hexahedron"};
     return names[static_cast<std::size_t>(shape)];
@@ -96,7 +96,7 @@ inline constexpr Shape simplex = K == 1   ? Shape::line
     return shape == Shape::line || shape == Shape::triangle || shape == Shape::tetrahedron;
 }
 
-/// Number of equispaced interior nodes, degree k ≥ 1.
+/// Number of equispaced nodes in the interior of a shape, for degree k ≥ 1.
 [[nodiscard]] constexpr int inner_node_count(Shape shape, int k) {
     const int n = k - 1;
     switch (shape) {
@@ -111,7 +111,7 @@ inline constexpr Shape simplex = K == 1   ? Shape::line
     return 0;
 }
 
-/// Number of nodes of the complete element, k ≥ 1.
+/// Number of nodes of the complete element, for degree k ≥ 1.
 template <Shape shape, int k>
 inline constexpr int element_nodes = [] {
     constexpr ShapeTable table = shape_table<shape>;
@@ -121,8 +121,9 @@ inline constexpr int element_nodes = [] {
     return count;
 }();
 
-/// Nodes of the complete Lagrange element, as reference coordinates times the degree. Order: corners; edges, from first
-/// to second corner; faces, along the first edge, then along the last; interior, first coordinate fastest.
+/// Nodes of the complete Lagrange element, as reference coordinates times the degree. Order: corners; edges, from their
+/// first to their second corner; faces, along their first edge, then along their last; interior, with the first
+/// coordinate fastest.
 template <Shape shape, int degree>
 inline constexpr auto lagrange_nodes = [] {
     using Node = std::array<int, 3>;

@@ -23,7 +23,7 @@ using SimplexVertices = std::array<VertexId, K + 1>;
 template <int K>
 inline constexpr int edges_per_simplex = K * (K + 1) / 2;
 
-/// Local edges, K = 1, 2, 3, in the order of GMF and VTK: e01 e12 e20 e03 e13 e23.
+/// Local edges for K = 1, 2, 3, in the order of GMF and VTK: e01 e12 e20 e03 e13 e23.
 template <int K>
 inline constexpr auto local_edges = [] {
     std::array<std::array<int, 2>, edges_per_simplex<K>> edges{};
@@ -31,7 +31,7 @@ inline constexpr auto local_edges = [] {
     return edges;
 }();
 
-/// Face opposite local vertex i. Its normal is outward for positive orientation (K = 2: counter-clockwise).
+/// Face opposite local vertex i. Its normal is outward for elements of positive orientation (K = 2: counter-clockwise).
 template <int K>
 [[nodiscard]] constexpr std::array<int, K> face_opposite(int i) {
     if constexpr (K == 2) {
@@ -45,23 +45,24 @@ template <int K>
 template <int K>
 struct Simplices {
     Column<SimplexVertices<K>> vertices;
-    Column<Reference> references;    ///< one per simplex
-    Column<std::uint32_t> required;  ///< indices of fixed simplices
-    /// Geometric entity of dimension K, numbered by the mesh generator. 0: unknown; empty: no associations.
+    Column<Reference> references;
+    Column<std::uint32_t> required;  ///< indices of simplices that must not change
+    /// Geometric entity of dimension K for each simplex, numbered by the mesh generator. 0: unknown; empty column: no
+    /// associations.
     Column<Reference> entities = {};
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
     friend bool operator==(const Simplices&, const Simplices&) = default;
 };
 
-/// `row`: index into the table of directions.
+/// `row` is an index into the table of directions.
 struct DirectionRow {
     VertexId vertex;
     std::uint32_t row = 0;
     friend bool operator==(const DirectionRow&, const DirectionRow&) = default;
 };
-/// Directions at vertices, as a table. Vertices may share a row, and have several where a surface or a curve is not
-/// smooth. Length and sign have no meaning.
+/// Directions at vertices, as a table. Vertices may share a row. A vertex has several directions where a surface or a
+/// curve is not smooth. The length and sign of a direction have no meaning.
 template <int D>
 struct DirectionsAtVertices {
     Column<Vec<D>> table;
@@ -75,9 +76,10 @@ template <int G, class Item = VertexId>
 struct Association {
     Item item;
     Reference entity = 0;  ///< numbered by the mesh generator within dimension G
-    /// Own parameters: t of a curve, (u, v) of a surface. None: unknown, or a point.
+    /// Parameters of the item: t on a curve, (u, v) on a surface. None: unknown, or a point.
     std::optional<std::array<double, G>> parameters = {};
-    std::optional<double> distance = {};  ///< of the item from that position (model units); none: unknown
+    std::optional<double> distance = {};  ///< from the item to the position with these parameters (model units); none:
+                                          ///< unknown
     friend bool operator==(const Association&, const Association&) = default;
 };
 
@@ -86,50 +88,50 @@ struct Association {
 /// also has positions on adjacent surfaces.
 template <int D>
 struct InputGeometry {
-    DirectionsAtVertices<D> normals;   ///< of the surface (2D: boundary)
-    DirectionsAtVertices<D> tangents;  ///< of ridges (2D: boundary)
+    DirectionsAtVertices<D> normals;   ///< normals of the surface (2D: boundary)
+    DirectionsAtVertices<D> tangents;  ///< tangents of ridges (2D: boundary)
     Column<Association<0>> on_points;
     Column<Association<1>> on_curves;
     Column<Association<2>> on_surfaces;
     friend bool operator==(const InputGeometry&, const InputGeometry&) = default;
 };
 
-/// Name of a dimension and reference: physical group of Gmsh, boundary condition or solver marker. Simplices in several
-/// groups have a reference with several names.
+/// Name of a dimension and reference: physical group of Gmsh, boundary condition or solver marker. If simplices are in
+/// several groups, a reference has several names.
 struct Group {
-    int dimension = 0;  ///< 0: vertices
+    int dimension = 0;
     Reference reference = 0;
     std::string name;
     friend bool operator==(const Group&, const Group&) = default;
 };
 
-/// A straight mesh of D-simplices: an immutable value of columns. Sound meshes have positive elements. `facets`:
-/// boundary and interfaces (triangles in 3D, edges in 2D); `edges`: feature edges in 3D, empty in 2D.
+/// A straight mesh of D-simplices: an immutable value of columns. The elements of a sound mesh have positive volume.
+/// `facets`: boundary and interfaces (triangles in 3D, edges in 2D); `edges`: feature edges in 3D, empty in 2D.
 template <int D>
 struct LinearMesh {
     static constexpr int dimension = D;
 
     Column<Vec<D>> points;
-    Column<Reference> point_references;  ///< one per vertex
-    Column<VertexId> corners;            ///< corners of curves
+    Column<Reference> point_references;
+    Column<VertexId> corners;  ///< end points and corners of feature curves
     Column<VertexId> required_vertices;
     Simplices<D> elements;
     Simplices<D - 1> facets;
     Simplices<1> edges;
     Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or `facets` (2D)
     InputGeometry<D> geometry;
-    Column<Group> groups = {};  ///< the first of a dimension and reference is the main one
+    Column<Group> groups = {};  ///< the first group with a dimension and reference is the main one
 
     friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
 };
 
-/// True for a standalone surface mesh. Checks and fields then use its facets, and an ElementId is a facet's index.
+/// True for a standalone surface mesh. Checks and fields then use its facets, and an ElementId is the index of a facet.
 template <int D>
 [[nodiscard]] inline bool is_standalone_surface(const LinearMesh<D>& mesh) {
     return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() > 0;
 }
 
-/// Unique edges, sorted by (lower vertex, higher vertex); edges of simplices in the order of `local_edges`.
+/// Unique edges, sorted by (lower vertex, higher vertex). The edges of each simplex are in the order of `local_edges`.
 template <int D>
 struct EdgeSet {
     Column<std::array<VertexId, 2>> vertices;
@@ -141,54 +143,56 @@ struct EdgeSet {
     friend bool operator==(const EdgeSet&, const EdgeSet&) = default;
 };
 
-/// Point of a P2 edge at t = 1/2. The Bézier control point (camber.bezier: ControlPoint) is another point and type
-/// (P_11 = (4 P^l − P_20 − P_02)/2).
+/// Point of a P2 edge at t = 1/2. The Bézier control point (camber.bezier: ControlPoint) is another point, with its own
+/// type: P_11 = (4 P^l − P_20 − P_02)/2, where P^l is the Lagrange node.
 template <int D>
 struct LagrangeNode {
     Vec<D> point;
     friend bool operator==(const LagrangeNode&, const LagrangeNode&) = default;
 };
 
-/// A quadratic (P2) mesh: straight mesh, unique edges, and a **Lagrange** node per edge. Conforming by construction.
+/// A quadratic (P2) mesh: straight mesh, unique edges, and a **Lagrange** node for each edge. It is conforming, because
+/// elements share edge nodes.
 template <int D>
 struct QuadraticMesh {
     static constexpr int dimension = D;
 
     LinearMesh<D> linear;
     EdgeSet<D> edges;
-    Column<LagrangeNode<D>> mid_nodes;  ///< one per edge of `edges`
+    Column<LagrangeNode<D>> mid_nodes;
 
     friend bool operator==(const QuadraticMesh&, const QuadraticMesh&) = default;
 };
 
 /// Location of an edge, which determines how its node may move.
 enum class EdgeKind : std::uint8_t {
-    volume,   ///< free, in the volume
+    volume,   ///< in the volume; its node is free
     surface,  ///< on a smooth part of a boundary or interface
-    ridge,    ///< on a curve where these are not smooth
-    fixed,    ///< on the boundary of a cavity, shared with elements outside
+    ridge,    ///< on a curve where the boundary or interface is not smooth
+    fixed,    ///< on the boundary of a cavity, shared with elements outside it
 };
 
 /// Last change of an edge node before the commit.
 enum class EdgeChange : std::uint8_t {
-    straight,      ///< chord midpoint
-    projected,     ///< projected onto the geometry
-    optimised,     ///< optimal for the metric
+    straight,  ///< chord midpoint
+    projected,
+    optimised,
     relaxed,       ///< moved to make elements valid, mostly towards the midpoint
     straightened,  ///< moved back to the midpoint
 };
 
-/// Proposed vertices and mid nodes: checked by `validate`, repaired by `relax` and `repair`, applied by `commit`.
+/// Proposed positions of vertices and mid nodes. `validate` checks a proposal, `relax` and `repair` repair it, and
+/// `commit` applies it.
 template <int D>
 struct Proposal {
-    Column<Vec<D>> points;              ///< shared with the mesh if no vertex moves
-    Column<LagrangeNode<D>> mid_nodes;  ///< one per edge
+    Column<Vec<D>> points;  ///< the mesh's own column if no vertex moves
+    Column<LagrangeNode<D>> mid_nodes;
     Column<EdgeKind> kinds;
     Column<EdgeChange> changes;
     friend bool operator==(const Proposal&, const Proposal&) = default;
 };
 
-/// For inspection only; use `commit` to apply a proposal. Shares all columns.
+/// Mesh with the proposed positions, for inspection only; use `commit` to apply a proposal.
 template <int D>
 [[nodiscard]] inline QuadraticMesh<D> apply_proposal(QuadraticMesh<D> mesh, const Proposal<D>& proposal) {
     mesh.linear.points = proposal.points;
@@ -201,18 +205,17 @@ inline constexpr const char* simplex_name = name_of(simplex<K>);
 
 // Lagrange functions of degree 2 on a K-simplex in barycentric coordinates.
 
-/// Function of a vertex node: ξ (2ξ − 1).
 [[nodiscard]] constexpr double vertex_shape(double xi) { return xi * (2 * xi - 1); }
 
-/// Function of the node of local edge e: 4 ξ_i ξ_j. Times the node's offset from the chord midpoint, it is the
-/// deviation from the linear map.
+/// Lagrange function of the node of local edge e = (i, j): 4 ξ_i ξ_j. Its product with the node's offset from the chord
+/// midpoint is the deviation from the linear map.
 template <int K>
 [[nodiscard]] constexpr double edge_shape(const std::array<double, K + 1>& xi, int e) {
     const auto [i, j] = local_edges<K>[e];
     return 4 * xi[i] * xi[j];
 }
 
-/// Adds ∂/∂ξ_a, a = 0 … K, of edge_shape times a value.
+/// Adds the derivatives of edge_shape times `value` by ξ_a, a = 0 … K, to `partial`.
 template <int K, class T>
 constexpr void add_edge_derivatives(const std::array<double, K + 1>& xi, int e, const T& value,
                                     std::array<T, K + 1>& partial) {
@@ -221,9 +224,9 @@ constexpr void add_edge_derivatives(const std::array<double, K + 1>& xi, int e, 
     partial[j] += (4 * xi[i]) * value;
 }
 
-// Entities that must not change (Required entities of GMF).
+// Entities that must not change (Required entities of GMF files).
 
-/// Marks required feature edges, and edges of required facets and elements.
+/// Marks required feature edges, and the edges of required facets and elements.
 template <int D>
 [[nodiscard]] inline Buffer<std::uint8_t> required_edges(const QuadraticMesh<D>& mesh) {
     Buffer<std::uint8_t> marks(mesh.edges.size(), 0);
@@ -236,7 +239,7 @@ template <int D>
     return marks;
 }
 
-/// Marks required vertices, and vertices of required edges, facets and elements.
+/// Marks required vertices, and the vertices of required edges, facets and elements.
 template <int D>
 [[nodiscard]] inline Buffer<std::uint8_t> required_vertices(const LinearMesh<D>& mesh) {
     Buffer<std::uint8_t> marks(mesh.points.size(), 0);
@@ -257,7 +260,6 @@ enum class RequiredBoundary : std::uint8_t { keep, geometry };
     return words_of(Word{RequiredBoundary::keep, "keep"}, Word{RequiredBoundary::geometry, "geometry"});
 }
 
-/// Sets required edges to `fixed`.
 template <int D>
 [[nodiscard]] inline Column<EdgeKind> kinds_with_required_fixed(const QuadraticMesh<D>& mesh,
                                                                 const Column<EdgeKind>& kinds,
@@ -278,7 +280,7 @@ template <int D>
     return mesh;
 }
 
-/// Marks ends of edges that are not volume edges.
+/// Marks the ends of all edges that are not volume edges.
 template <int D>
 [[nodiscard]] inline Buffer<std::uint8_t> boundary_vertices(const QuadraticMesh<D>& mesh,
                                                             const Column<EdgeKind>& kinds) {
@@ -289,16 +291,17 @@ template <int D>
     return marks;
 }
 
-// Range of lengths in computations, in model units. Within it, products of four lengths (determinants of triangles'
-// derivatives, squared areas), products of three with their rounding errors, and squares of metric entries have full
-// precision, also for very thin elements. Below 1e-77 and above 1e77 they do not.
+// Range of lengths in computations, in model units. Within this range, three kinds of values have full precision, also
+// for very thin elements: products of four lengths (determinants of triangles' derivatives, squared areas), products of
+// three lengths with their rounding errors, and squares of metric entries. Below 1e-77 and above 1e77 such values lose
+// precision.
 
-/// Minimum size of elements and facets in some coordinate, and of metric sizes.
+/// Minimum size of elements and facets in at least one coordinate, and of metric sizes.
 inline constexpr double min_length = 1e-60;
-/// Maximum of coordinates and metric sizes.
+/// Maximum magnitude of coordinates and metric sizes.
 inline constexpr double max_length = 1e60;
 
-/// Items at each key (vertex, edge …), ascending; compressed rows.
+/// Items at each key (vertex, edge …), in ascending order, as compressed rows.
 template <class Item>
 struct Incidence {
     Column<std::uint32_t> offsets;  ///< number of keys + 1
@@ -314,7 +317,7 @@ struct Incidence {
     }
 };
 
-/// Element across the face opposite each local vertex, or an invalid id.
+/// For each local vertex of an element: the element across the opposite face, or an invalid id.
 template <int D>
 using Neighbours = Column<std::array<ElementId, D + 1>>;
 
@@ -324,8 +327,8 @@ struct ElementFace {
     friend bool operator==(const ElementFace&, const ElementFace&) = default;
 };
 
-/// Topology; vertex ids must be in range. Errors: more than two elements on a face (`neighbours`), a repeated vertex in
-/// a simplex (`unique_edges`), more than 2^32 incidences; stopped.
+/// Topology of a mesh. All vertex ids must be in range. Errors: more than two elements on a face (`neighbours`), a
+/// repeated vertex in a simplex (`unique_edges`), more than 2^32 incidences; stopped.
 
 template <int D>
 [[nodiscard]] Outcome<Incidence<ElementId>> balls(const LinearMesh<D>& mesh, const Execution& execution);
@@ -333,24 +336,24 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Incidence<FacetId>> facet_balls(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Indices into LinearMesh::edges.
+/// Feature edges at each vertex, as indices into LinearMesh::edges.
 template <int D>
 [[nodiscard]] Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// An element face without its lowest vertex; others ascending.
+/// A face of an element without its lowest vertex; `others` are its other vertices, ascending.
 template <int D>
 struct FaceAround {
     std::array<VertexId, D - 1> others;
     ElementFace face;
 };
 
-/// All element faces with lowest vertex v. Equal faces are adjacent, by ascending elements. Faces with a repeated
-/// vertex are skipped.
+/// Collects the faces of all elements whose lowest vertex is v. Equal faces are adjacent, in ascending order of
+/// elements. Faces with a repeated vertex are skipped.
 template <int D>
 void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, VertexId v,
                   std::vector<FaceAround<D>>& faces);
 
-/// Calls visit(all elements on a face) for each face in parallel. `balls`: of the same mesh.
+/// Calls visit(all elements on a face) for each face in parallel. `balls` belongs to the same mesh.
 template <int D, class Visit>
 [[nodiscard]] Outcome<Done> each_face(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                       const Execution& execution, Visit&& visit) {
@@ -370,11 +373,11 @@ template <int D>
 [[nodiscard]] Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                 const Execution& execution);
 
-/// Sorted by element.
+/// Faces without a neighbour, sorted by element.
 template <int D>
 [[nodiscard]] Buffer<ElementFace> boundary_faces(const Neighbours<D>& neighbours);
 
-/// Includes edges of facets and feature edges, also for a surface mesh.
+/// Unique edges of elements, facets and feature edges, also for a surface mesh.
 template <int D>
 [[nodiscard]] Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& execution);
 
@@ -385,7 +388,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Incidence<FacetId>> facet_shells(const EdgeSet<D>& edges, const Execution& execution);
 
-/// Returns an invalid id if there is none. Binary search.
+/// Edge between a and b, or an invalid id, by binary search.
 template <int D>
 [[nodiscard]] EdgeId find_edge(const EdgeSet<D>& edges, VertexId a, VertexId b);
 

@@ -64,24 +64,20 @@ template <int D>
     return a;
 }
 
-/// Σ a_i b_i.
 template <int D>
 [[nodiscard]] constexpr double dot(const Vec<D>& a, const Vec<D>& b) {
     double s = 0;
     for (int i = 0; i < D; ++i) s += a.c[i] * b.c[i];
     return s;
 }
-/// |a|².
 template <int D>
 [[nodiscard]] constexpr double norm_squared(const Vec<D>& a) {
     return dot(a, a);
 }
-/// |a|.
 template <int D>
 [[nodiscard]] inline double norm(const Vec<D>& a) {
     return std::sqrt(dot(a, a));
 }
-/// |a − b|.
 template <int D>
 [[nodiscard]] inline double distance(const Vec<D>& a, const Vec<D>& b) {
     return norm(a - b);
@@ -92,10 +88,9 @@ template <int D>
     const double n = norm(a);
     return n > 0 ? a / n : a;
 }
-/// (a + b)/2.
 template <int D>
 [[nodiscard]] constexpr Vec<D> midpoint(const Vec<D>& a, const Vec<D>& b) {
-    // Exact if a and b are equal, so planes stay exactly planar.
+    // The result is exact if a and b are equal, so planes stay exactly planar.
     return (a + b) * 0.5;
 }
 template <int D>
@@ -105,14 +100,12 @@ template <int D>
     return true;
 }
 
-/// a × b.
 [[nodiscard]] constexpr Vec<3> cross(const Vec<3>& a, const Vec<3>& b) {
     return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 /// a_x b_y − a_y b_x: twice the signed area of (0, a, b).
 [[nodiscard]] constexpr double cross(const Vec<2>& a, const Vec<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
 
-/// Determinant of the matrix with these columns.
 [[nodiscard]] constexpr double det(const Vec<2>& a, const Vec<2>& b) { return cross(a, b); }
 [[nodiscard]] constexpr double det(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c) { return dot(a, cross(b, c)); }
 
@@ -144,13 +137,11 @@ struct Box {
             if (p[i] < low[i] || p[i] > high[i]) return false;
         return true;
     }
-    /// True for a common point.
     [[nodiscard]] constexpr bool meets(const Box& b) const {
         for (int i = 0; i < D; ++i)
             if (b.high[i] < low[i] || b.low[i] > high[i]) return false;
         return true;
     }
-    /// Squared distance; 0 inside.
     [[nodiscard]] constexpr double distance_squared(const Vec<D>& p) const {
         double s = 0;
         for (int i = 0; i < D; ++i) {
@@ -165,7 +156,7 @@ struct Box {
 template <int D>
 inline constexpr int sym_size = D * (D + 1) / 2;
 
-/// Symmetric matrix by lower triangle rows: xx, xy, yy, xz, yz, zz (order of GMF solutions).
+/// Symmetric matrix by the rows of its lower triangle: xx, xy, yy, xz, yz, zz (order of GMF solutions).
 template <int D>
 struct Sym {
     std::array<double, sym_size<D>> c{};
@@ -239,7 +230,6 @@ template <int D>
 [[nodiscard]] inline double norm(const Sym<D>& a) {
     return std::sqrt(inner(a, a));
 }
-/// Σ A_ii.
 template <int D>
 [[nodiscard]] constexpr double trace(const Sym<D>& a) {
     double s = 0;
@@ -247,7 +237,6 @@ template <int D>
     return s;
 }
 
-/// Columns of a matrix.
 template <int D>
 struct Mat {
     std::array<Vec<D>, D> column{};
@@ -274,7 +263,6 @@ template <int D>
     for (int j = 0; j < D; ++j) r.column[j] = a * b.column[j];
     return r;
 }
-/// Aᵀ.
 template <int D>
 [[nodiscard]] constexpr Mat<D> transposed(const Mat<D>& a) {
     Mat<D> r;
@@ -295,7 +283,7 @@ template <int D>
     else
         return det(a.column[0], a.column[1], a.column[2]);
 }
-/// Rows of a⁻¹ times det a (cofactor columns); also for singular matrices.
+/// Rows of a⁻¹ times det a (cross products of the columns); also for singular matrices.
 template <int D>
 [[nodiscard]] constexpr std::array<Vec<D>, D> cofactors(const Mat<D>& a) {
     if constexpr (D == 2)
@@ -303,7 +291,7 @@ template <int D>
     else
         return {cross(a.column[1], a.column[2]), cross(a.column[2], a.column[0]), cross(a.column[0], a.column[1])};
 }
-/// a⁻¹; infinite or NaN entries for singular a.
+/// Returns a⁻¹; its entries are infinite or NaN if a is singular.
 template <int D>
 [[nodiscard]] constexpr Mat<D> inverse(const Mat<D>& a) {
     const auto rows = cofactors(a);
@@ -378,7 +366,7 @@ template <int D>
 [[nodiscard]] constexpr double trilinear(const CubicForm<D>& t, const Vec<D>& a, const Vec<D>& b, const Vec<D>& c) {
     return dot(a, contracted(t, c) * b);
 }
-/// T[A·, A·, A·]: the form in coordinates y with x = A y.
+/// T[A·, A·, A·]: the cubic form in coordinates y, where x = A y.
 template <int D>
 [[nodiscard]] constexpr CubicForm<D> pulled_back(const CubicForm<D>& t, const Mat<D>& a) {
     CubicForm<D> r;
@@ -402,16 +390,14 @@ template <int D>
 // Elementary functions with the same result on every processor. C library functions select code by processor, so a mesh
 // would depend on the machine. These functions use only IEEE additions, multiplications, divisions and square roots, in
 // a fixed order. Special values are those of C (IEEE 754, annex F), without errno. The error is below 0.6 ulp (below 1
-// ulp for subnormal results); `tests/core/elementary.cpp` compares with a wider type.
+// ulp for subnormal results); `tests/core/elementary.cpp` compares them with a wider type.
 
 [[nodiscard]] double exp(double x);
 [[nodiscard]] double exp2(double x);
-/// e^x − 1.
 [[nodiscard]] double expm1(double x);
 [[nodiscard]] double log(double x);
 [[nodiscard]] double log2(double x);
 [[nodiscard]] double log10(double x);
-/// ln(1 + x).
 [[nodiscard]] double log1p(double x);
 /// x^y; for y = 2, x·x correctly rounded.
 [[nodiscard]] double pow(double x, double y);
@@ -432,30 +418,29 @@ template <int D>
 [[nodiscard]] double asin(double x);
 [[nodiscard]] double acos(double x);
 [[nodiscard]] double atan(double x);
-/// Angle of (x, y), within ±π.
+/// Angle of the vector (x, y), within ±π.
 [[nodiscard]] double atan2(double y, double x);
 
 // Kernels over packs of eight numbers. A kernel uses only IEEE operations, selection by lane and the functions below,
 // and no operation across lanes. The result of a lane does not depend on the instruction set or on other lanes.
 //
-// Pack functions must be inlined into the function compiled for an instruction set (`with_instructions`). Compiled
-// separately, they would pass packs in other registers than the caller.
+// Pack functions must be inlined into the function that is compiled for an instruction set (`with_instructions`). A
+// pack function compiled separately would pass packs in other registers than its caller.
 
-/// The same for every instruction set.
+/// Numbers in a pack, equal for every instruction set.
 inline constexpr int pack_size = 8;
 
 using Pack = double __attribute__((ext_vector_type(8)));
-/// Per lane −1 (true) or 0 (false).
+/// Each lane is −1 (true) or 0 (false).
 using Mask = std::int64_t __attribute__((ext_vector_type(8)));
 
 [[nodiscard, gnu::always_inline]] inline Pack packed(double x) { return Pack(x); }
-/// a where `mask` is true, else b.
+/// Returns a where `mask` is true, else b.
 [[nodiscard, gnu::always_inline]] inline Pack select(Mask mask, Pack a, Pack b) { return mask ? a : b; }
 [[nodiscard, gnu::always_inline]] inline Pack abs(Pack x) { return __builtin_elementwise_abs(x); }
 [[nodiscard, gnu::always_inline]] inline Pack sqrt(Pack x) { return __builtin_elementwise_sqrt(x); }
-/// |x| with the sign of y.
 [[nodiscard, gnu::always_inline]] inline Pack copysign(Pack x, Pack y) { return __builtin_elementwise_copysign(x, y); }
-/// b if a is NaN.
+/// Minimum; b where a is NaN.
 [[nodiscard, gnu::always_inline]] inline Pack min(Pack a, Pack b) { return a < b ? a : b; }
 [[nodiscard, gnu::always_inline]] inline Pack max(Pack a, Pack b) { return a > b ? a : b; }
 [[nodiscard, gnu::always_inline]] inline bool any(Mask mask) { return __builtin_reduce_or(mask) != 0; }
@@ -463,7 +448,7 @@ using Mask = std::int64_t __attribute__((ext_vector_type(8)));
 [[nodiscard, gnu::always_inline]] inline Mask bits_of(Pack x) { return __builtin_bit_cast(Mask, x); }
 [[nodiscard, gnu::always_inline]] inline Pack of_bits(Mask bits) { return __builtin_bit_cast(Pack, bits); }
 
-/// e^x within 1.5 ulp, x limited to ±708: no infinities or subnormals from finite arguments.
+/// e^x within 1.5 ulp. x is limited to ±708, so that finite arguments give no infinities or subnormals.
 [[nodiscard, gnu::always_inline]] inline Pack exp(Pack x) {
     constexpr double log2e = 0x1.71547652b82fep+0;
     // ln 2 in two parts; multiples of the first are exact (Cody and Waite).
@@ -475,7 +460,7 @@ using Mask = std::int64_t __attribute__((ext_vector_type(8)));
     const Pack shifted = x * log2e + to_integer;
     const Pack n = shifted - to_integer;
     const Pack r = (x - n * ln2_high) - n * ln2_low;  // |r| ≤ ln 2 / 2
-    // Taylor series; the next term is below 5e-18.
+    // Taylor series; the first omitted term is below 5e-18.
     Pack p = packed(1.0 / 6227020800.0);
     p = p * r + 1.0 / 479001600.0;
     p = p * r + 1.0 / 39916800.0;
@@ -489,7 +474,7 @@ using Mask = std::int64_t __attribute__((ext_vector_type(8)));
     p = p * r + 1.0 / 6.0;
     p = p * r + 0.5;
     const Pack e = 1 + (r + r * r * p);
-    // The low bits of `shifted` are the integer n, added to the exponent.
+    // The low bits of `shifted` are the integer n, which is added to the exponent.
     return of_bits(bits_of(e) + (bits_of(shifted) << 52));
 }
 
@@ -498,7 +483,7 @@ using Mask = std::int64_t __attribute__((ext_vector_type(8)));
     constexpr double ln2_high = 0x1.62e42fee00000p-1;
     constexpr double ln2_low = 0x1.a39ef35793c76p-33;
     constexpr std::int64_t half_sqrt2 = 0x3fe6a09e667f3bcd;  // bits of √½
-    // x = 2^n m, √½ ≤ m < √2.
+    // x = 2^n m, with √½ ≤ m < √2.
     const Mask bits = bits_of(x);
     const Mask n = (bits - half_sqrt2) >> 52;
     const Pack m = of_bits(bits - (n << 52));
@@ -522,12 +507,12 @@ using Mask = std::int64_t __attribute__((ext_vector_type(8)));
 }
 
 enum class Instructions : std::uint8_t {
-    baseline,  ///< of the build (SSE2 on x86-64)
+    baseline,  ///< instruction set of the build (SSE2 on x86-64)
     avx2,
     avx512,
 };
 
-/// True if the processor and the build support the set.
+/// True if the processor and the build support the instruction set.
 [[nodiscard]] inline bool has(Instructions set) {
 #ifdef CAMBER_WIDER_INSTRUCTIONS
     switch (set) {
@@ -556,14 +541,14 @@ template <class Kernel>
 }
 #endif
 
-/// Not inlined, to keep callers of several kernels small.
+/// Calls kernel() without inlining, to keep callers of several kernels small.
 template <class Kernel>
 [[gnu::noinline]] void with_baseline(const Kernel& kernel) {
     kernel();
 }
 
-/// Runs kernel() compiled for that set, which the processor must support. Kernel: `[&]() __attribute__((always_inline))
-/// { … }`.
+/// Runs kernel() compiled for the instruction set, which the processor must support. Kernel: `[&]()
+/// __attribute__((always_inline)) { … }`.
 template <class Kernel>
 void with_instructions([[maybe_unused]] Instructions set, const Kernel& kernel) {
 #ifdef CAMBER_WIDER_INSTRUCTIONS

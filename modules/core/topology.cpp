@@ -15,7 +15,7 @@ namespace camber {
 
 namespace {
 
-/// Inverts `rows` (item → keys) by counting sort; items of a key are ascending.
+/// Inverts `rows` (item → keys) by counting sort. The items of each key are ascending.
 template <class Item, class Key, std::size_t N>
 Outcome<Incidence<Item>> inverted(const Column<std::array<Key, N>>& rows, std::size_t keys,
                                   const Execution& execution) {
@@ -54,7 +54,6 @@ struct Around {
     Incidence<EdgeId> edges;
 };
 
-/// Returns a repeated vertex, or an invalid id.
 template <std::size_t N>
 VertexId named_twice(const std::array<VertexId, N>& v) {
     for (std::size_t a = 0; a < N; ++a)
@@ -63,7 +62,6 @@ VertexId named_twice(const std::array<VertexId, N>& v) {
     return {};
 }
 
-/// Rejects simplices with a repeated vertex (a degenerate edge).
 template <int K>
 Outcome<Done> check_distinct(const Simplices<K>& simplices, const Execution& execution) {
     const std::size_t n = simplices.size();
@@ -83,7 +81,6 @@ Outcome<Done> check_distinct(const Simplices<K>& simplices, const Execution& exe
 /// Number of neighbours up to which linear duplicate search is fastest.
 constexpr std::size_t few = 64;
 
-/// Appends the simplex's vertices above v, without duplicates while the list is short.
 template <std::size_t N>
 void append_higher(const std::array<VertexId, N>& simplex, VertexId v, std::vector<VertexId>& higher) {
     for (const VertexId w : simplex)
@@ -91,7 +88,6 @@ void append_higher(const std::array<VertexId, N>& simplex, VertexId v, std::vect
             higher.push_back(w);
 }
 
-/// Vertices above v that share a simplex with it, sorted.
 template <int D>
 void higher_neighbours(const LinearMesh<D>& mesh, const Around<D>& around, VertexId v, std::vector<VertexId>& higher) {
     higher.clear();
@@ -105,7 +101,7 @@ void higher_neighbours(const LinearMesh<D>& mesh, const Around<D>& around, Verte
 template <int D>
 using ElementEdges = Buffer<std::array<EdgeId, edges_per_simplex<D>>>;
 
-/// For edges upwards from v, stores the index of the other end in `higher` into the elements.
+/// For element edges whose lower end is v, stores the index of the higher end in `higher`.
 template <int D>
 void rank_edges(const LinearMesh<D>& mesh, const Around<D>& around, VertexId v, const std::vector<VertexId>& higher,
                 ElementEdges<D>& ranks) {
@@ -168,7 +164,7 @@ void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, 
     faces.clear();
     for (const ElementId e : balls[v]) {
         const auto& corners = mesh.elements.vertices[e];
-        // The face opposite a corner belongs to v if it contains v once and all its other vertices are higher.
+        // The face opposite a corner is collected for v if it contains v once and all its other vertices are higher.
         int own = 0, higher = 0;
         for (const VertexId corner : corners) {
             own += corner == v;
@@ -187,7 +183,7 @@ void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, 
             faces.push_back(face);
         }
     }
-    // Both vertices as one number, because array comparison doubles the total time.
+    // Both other vertices form one number, because comparison of arrays doubles the total time.
     const auto key = [](const FaceAround<D>& face) {
         if constexpr (D == 2)
             return face.others[0].value;
@@ -207,7 +203,8 @@ Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<Ele
         Buffer<std::array<ElementId, D + 1>> links(mesh.elements.size());
         auto done = each(without_progress(execution), links.size(), [&](std::size_t e) { links[e].fill(ElementId{}); });
         if (!done) return fail(done.error());
-        std::atomic<std::uint32_t> crowded{std::numeric_limits<std::uint32_t>::max()};  // the lowest such element
+        std::atomic<std::uint32_t> crowded{std::numeric_limits<std::uint32_t>::max()};  // lowest element at a face with
+                                                                                        // more than two elements
         done = each_face(mesh, balls, execution, [&](std::span<const FaceAround<D>> on) {
             if (on.size() == 1) return;
             const auto& [a, b] = std::pair(on[0].face, on[1].face);
@@ -252,7 +249,8 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
     if (!features) return fail(features.error());
     const Around<D> around{std::move(*elements), std::move(*facets), std::move(*features)};
 
-    // One pass: computes the higher neighbours of each vertex by chunks, and ranks the edges of elements among them.
+    // A single pass finds the higher neighbours of each vertex, by chunks, and numbers the edges of elements among
+    // them.
     constexpr std::size_t grain = 4096;
     const std::size_t n = mesh.points.size();
     Buffer<std::uint32_t> first(n + 1);
@@ -273,7 +271,7 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
         },
         grain);
     if (!found) return fail(found.error());
-    std::size_t total = 0;  // 64 bits, because elements without common edges have six each
+    std::size_t total = 0;  // 64 bits, because elements without common edges have six edges each
     for (std::size_t v = 0; v < n; ++v) {
         total += first[v + 1];
         first[v + 1] += first[v];

@@ -1,4 +1,4 @@
-/// Crossing facets: pair tests, all facets of a mesh, a dynamic grid; overlapping elements.
+/// Detection of crossing facets and overlapping elements.
 export module camber.crossing;
 export import :crossings;
 import :net;

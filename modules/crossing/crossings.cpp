@@ -17,7 +17,7 @@ namespace camber {
 
 namespace {
 
-/// Minimum e with cells 2^e larger than the box and cell numbers up to 2⁵⁰.
+/// Minimum exponent e such that cells of size 2^e are larger than the box, and cell numbers are at most 2⁵⁰.
 template <int D>
 int exponent_for(const Box<D>& box) {
     double widest = 0, farthest = 0;
@@ -33,7 +33,7 @@ int exponent_for(const Box<D>& box) {
 
 template <int D>
 typename FacetGrid<D>::Cell FacetGrid<D>::cell_of(const Vec<D>& p, int exponent) {
-    // Clamped numbers are beyond all cells with facets.
+    // Clamping affects only numbers beyond all cells with facets.
     Cell cell;
     for (int c = 0; c < D; ++c)
         cell[c] = static_cast<std::int64_t>(std::floor(std::clamp(std::ldexp(p[c], -exponent), -0x1p60, 0x1p60)));
@@ -95,7 +95,7 @@ void FacetGrid<D>::look_into(const Grid& grid, const Box<D>& box, std::vector<Fa
     Cell low = cell_of(box.low, grid.exponent);
     double cells = 1;
     for (int c = 0; c < D; ++c) {
-        --low[c];  // facets can extend into the next cell
+        --low[c];  // facets of one cell can extend into the next cell
         cells *= static_cast<double>(high[c] - low[c] + 1);
     }
     if (cells > static_cast<double>(grid.members.size())) {
@@ -126,12 +126,10 @@ void FacetGrid<D>::meeting(const Box<D>& box, std::vector<FacetId>& found) const
 
 namespace {
 
-/// An undecided pair to repeat. Equal ids: a facet with itself.
 struct OpenPair {
     FacetId first, second;
 };
 
-/// `others`: reused buffer for neighbours.
 struct CrossingSearch {
     Crossings all = {};
     std::vector<OpenPair> open = {};
@@ -158,7 +156,6 @@ class Facets {
   public:
     Facets(const NodalOf& nodal, std::span<const Box<D>> boxes) : nodal_(nodal), boxes_(boxes), tree_(boxes) {}
 
-    /// Tests f with itself and with all later facets.
     void look_at(std::size_t f, int effort, CrossingSearch& looking) const {
         auto& [all, open, others] = looking;
         const NodalFacet<D> facet = nodal(FacetId(f));
@@ -187,11 +184,11 @@ class Facets {
     BoxTree<D> tree_;
 };
 
-/// In pairs of pieces; then the growth factor.
 constexpr int first_effort = 4;
 constexpr std::size_t growth = 8;
 
-/// Repeats open pairs with increasing effort, within `work`. Shares depend on counts only, not on threads.
+/// Repeats the tests of open pairs with increasing effort, until `work` pairs of pieces are tested. The effort depends
+/// on counts only, not on threads.
 template <class AllFacets>
 Outcome<CrossingSearch> refine_search(const AllFacets& facets, CrossingSearch looking, std::size_t work,
                                       const Execution& execution) {
@@ -212,7 +209,6 @@ Outcome<CrossingSearch> refine_search(const AllFacets& facets, CrossingSearch lo
     return looking;
 }
 
-/// Counts and sorts; open pairs are undecided.
 Crossings crossings_from(CrossingSearch looking) {
     Crossings all = std::move(looking.all);
     all.cut_short = looking.open.size();

@@ -14,7 +14,8 @@ import camber.bezier;
 
 export namespace camber {
 
-/// A P2 facet (3D: triangle, 2D: edge) by Lagrange nodes: vertices, then mid nodes in the order of `local_edges`.
+/// A P2 facet (3D: triangle, 2D: edge) given by its Lagrange nodes: vertices, then mid nodes in the order of
+/// `local_edges`.
 template <int D>
 struct NodalFacet {
     static constexpr int nodes_of_facet = quadratic_nodes<D - 1>;
@@ -33,7 +34,6 @@ template <int D>
     return facet;
 }
 
-/// With other positions, such as those of a proposal.
 template <int D>
 [[nodiscard]] inline NodalFacet<D> nodal_facet(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
                                                std::span<const LagrangeNode<D>> mid_nodes, FacetId f) {
@@ -49,8 +49,8 @@ template <int D>
     return nodal_facet<D>(mesh, mesh.linear.points.view(), mesh.mid_nodes.view(), f);
 }
 
-/// Box of the Bézier points, enlarged by their rounding error (below 4 u of the largest coordinate). Empty if a node is
-/// not finite.
+/// Box of the Bézier points, enlarged by their rounding error (below 4 u of the largest coordinate, u = 2⁻⁵³). The box
+/// is empty if a node is not finite.
 template <int D>
 [[nodiscard]] inline Box<D> box_of(const NodalFacet<D>& facet) {
     Box<D> box;
@@ -72,12 +72,11 @@ template <int D>
     return box;
 }
 
-/// Verdict on a pair of facets.
 enum class Crossing : std::uint8_t {
-    disjoint,  ///< proved: only shared vertices and edges in common
-    crossing,  ///< proved: they pass through each other
-    touching,  ///< proved contact: other common points, but not crossing
-    undecided  ///< too close for the effort or for rounding
+    disjoint,  ///< proved: the facets have only shared vertices and edges in common
+    crossing,  ///< proved: the facets pass through each other
+    touching,  ///< proved: the facets have other common points, but do not cross
+    undecided  ///< no proof: the facets are too close for the effort or for rounding
 };
 
 [[nodiscard]] constexpr std::string_view word(Crossing crossing) {
@@ -90,19 +89,19 @@ enum class Crossing : std::uint8_t {
     return "undecided";
 }
 
-/// Maximum pairs of pieces per pair of facets.
+/// Maximum number of pairs of pieces tested for a pair of facets.
 inline constexpr int default_effort = 4000;
 
-/// Tests two P2 facets for common points except shared ones: vertices at the same position, and edges with all three
-/// nodes at the same positions. If all nodes are, the facets are the sides of a slit, and disjoint. Proofs hold for the
-/// stored nodes, rounding included. Facets are straight if their mid nodes equal `midpoint`; two straight facets with
-/// nonzero area are always decided, if necessary in integers. Coplanar facets are disjoint or touching. Nodes that are
-/// not finite: undecided.
+/// Tests two P2 facets for common points other than shared ones. Shared are vertices at the same position, and edges
+/// whose three nodes are at the same positions. If all nodes are shared, the facets are the sides of a slit, and
+/// disjoint. Proofs hold for the stored nodes, rounding included. Facets are straight if their mid nodes equal
+/// `midpoint`; two straight facets with nonzero area are always decided, if necessary in integers. Coplanar facets are
+/// disjoint or touching. Nodes that are not finite: undecided.
 template <int D>
 [[nodiscard]] Crossing crossing_of(const NodalFacet<D>& first, const NodalFacet<D>& second,
                                    int effort = default_effort);
 
-/// Tests a facet for self-intersection. A regular plane curve has none: disjoint.
+/// Tests a facet for self-intersection. A regular plane curve has none, so it is disjoint.
 template <int D>
 [[nodiscard]] Crossing crossing_of_itself(const NodalFacet<D>& facet, int effort = default_effort);
 
@@ -112,11 +111,11 @@ namespace camber {
 
 struct CrossingResult {
     Crossing verdict = Crossing::undecided;
-    int steps = 0;           ///< pairs of pieces
+    int steps = 0;           ///< pairs of pieces tested
     bool cut_short = false;  ///< undecided because of limited effort
 };
 
-/// `crossing_of` and `crossing_of_itself` with the effort.
+/// Like `crossing_of` and `crossing_of_itself`, with the number of steps.
 template <int D>
 [[nodiscard]] CrossingResult test_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, int effort);
 template <int D>
@@ -126,12 +125,13 @@ template <int D>
 
 export namespace camber {
 
-/// Dynamic set of facet boxes. Cell sizes are powers of two, each with a grid; a facet is in the cell of its lower
-/// corner, on the grid with cells just larger than its box. Results do not depend on the insertion order.
+/// Dynamic set of facet boxes. There is a grid for each cell size, a power of two. A facet belongs to the grid with
+/// cells just larger than its box, and to the cell of the box's lower corner. Results do not depend on the insertion
+/// order.
 template <int D>
 class FacetGrid {
   public:
-    /// Replaces an existing box. Coordinates must be finite.
+    /// Inserts a facet, or replaces its box. Coordinates must be finite.
     void insert(FacetId facet, const Box<D>& box);
     void remove(FacetId facet);
 
@@ -141,7 +141,7 @@ class FacetGrid {
     }
     [[nodiscard]] const Box<D>& box(FacetId facet) const { return entries_[facet.index()].box; }
 
-    /// Sets `found` to the facets that meet the closed box, ascending.
+    /// Sets `found` to the facets, in ascending order, whose boxes have a point in common with the closed `box`.
     void meeting(const Box<D>& box, std::vector<FacetId>& found) const;
 
   private:
@@ -157,15 +157,14 @@ class FacetGrid {
             return h;
         }
     };
-    /// In a cell's linked list.
     struct Entry {
         Box<D> box;
         std::uint32_t grid = no_entry;
         std::uint32_t before = no_entry, after = no_entry;
-        std::uint32_t place = 0;  ///< index in `members`
+        std::uint32_t place = 0;
     };
     struct Grid {
-        int exponent = 0;  ///< cell size 2^exponent
+        int exponent = 0;
         std::unordered_map<Cell, std::uint32_t, CellHash> first;
         std::vector<std::uint32_t> members;
     };
@@ -174,39 +173,38 @@ class FacetGrid {
     [[nodiscard]] std::uint32_t grid_for(const Box<D>& box);
     void look_into(const Grid& grid, const Box<D>& box, std::vector<FacetId>& found) const;
 
-    std::vector<Entry> entries_;  ///< by facet
+    std::vector<Entry> entries_;
     std::vector<Grid> grids_;
     std::size_t size_ = 0;
 };
 
-/// A pair, or a facet with itself, that is not disjoint.
+/// A pair of facets, or a facet with itself, that is not disjoint.
 struct FacetCrossing {
-    FacetId first, second;  ///< first ≤ second
+    FacetId first, second;
     Crossing verdict = Crossing::undecided;
     friend bool operator==(const FacetCrossing&, const FacetCrossing&) = default;
 };
 
-/// Maximum pairs of pieces for all open pairs of a mesh.
+/// Maximum number of pairs of pieces tested for all open pairs of a mesh.
 [[nodiscard]] constexpr std::size_t max_steps(std::size_t facets) { return 100'000 + 16 * facets; }
 
 struct Crossings {
-    std::size_t pairs = 0;  ///< with overlapping boxes; others are disjoint
+    std::size_t pairs = 0;  ///< facet pairs with overlapping boxes; other pairs are disjoint
     std::size_t crossing = 0, touching = 0, undecided = 0;
-    std::size_t cut_short = 0;              ///< undecided because of limited effort
-    std::size_t steps = 0;                  ///< pairs of pieces
-    std::vector<FacetCrossing> found = {};  ///< not disjoint, sorted
+    std::size_t cut_short = 0;              ///< pairs undecided because of limited effort
+    std::size_t steps = 0;                  ///< pairs of pieces tested
+    std::vector<FacetCrossing> found = {};  ///< pairs that are not disjoint, sorted
 
     [[nodiscard]] bool all_disjoint() const { return found.empty(); }
     friend bool operator==(const Crossings&, const Crossings&) = default;
 };
 
 /// Tests boundary and interface facets for crossings and self-intersections, which valid elements (det J > 0) do not
-/// exclude. After a first test of all pairs, open pairs share `max_steps`. Time: n log n plus close pairs. Errors:
-/// memory, stopped.
+/// exclude. After a first test of all pairs, pairs that are still open share `max_steps`. Time: n log n plus the tests
+/// of close pairs. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, const Execution& execution);
 
-/// With other positions, such as those of a proposal.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
                                                 std::span<const LagrangeNode<D>> mid_nodes, const Execution& execution);
@@ -218,7 +216,7 @@ template <int D>
 
 namespace camber {
 
-/// A vector and its 1-norm, a bound of its length.
+/// A vector and its 1-norm, which is an upper bound of its length.
 template <int D>
 struct Side {
     Vec<D> along;
@@ -231,11 +229,11 @@ template <int D>
     return side;
 }
 
-/// Relative error of a product of two or three vectors, by their sizes. Node differences have one rounding per
-/// component; fewer than 40 roundings follow.
+/// Bound of the error of a product of two or three vectors, relative to the product of their sizes. Node differences
+/// have one rounding for each component; fewer than 40 roundings follow.
 inline constexpr double product_error = 0x1p-46;
 
-/// Sign of a product, or 0 if rounding makes it uncertain.
+/// Sign of a product of vectors, or 0 if rounding makes it uncertain.
 [[nodiscard]] inline int certain_sign(double product, double sizes) {
     const double error = product_error * sizes;
     return product > error ? 1 : product < -error ? -1 : 0;
@@ -244,7 +242,7 @@ inline constexpr double product_error = 0x1p-46;
     return certain_sign(a.along[0] * b.along[1] - a.along[1] * b.along[0], a.size * b.size);
 }
 
-/// Normal of a triangle; product of its side sizes.
+/// Normal of a triangle, and the product of the sizes of two sides.
 struct Normal {
     Vec<3> direction;
     double size = 0;
@@ -252,13 +250,13 @@ struct Normal {
 [[nodiscard]] inline Normal normal_of(const Side<3>& a, const Side<3>& b) {
     return {cross(a.along, b.along), a.size * b.size};
 }
-/// Side of a plane; `to`: vector from a corner of the triangle.
+/// Side of the triangle's plane on which a point lies; `to` goes from a corner to the point.
 [[nodiscard]] inline int sign_of(const Normal& n, const Side<3>& to) {
     return certain_sign(dot(n.direction, to.along), n.size * to.size);
 }
 [[nodiscard]] inline bool are_equal_signs(int a, int b) { return a != 0 && a == b; }
 
-/// Vertices, shared ones first.
+/// Vertices of two facets, with shared vertices first.
 template <int D>
 struct SharedFirst {
     std::array<Vec<D>, D> first, second;
@@ -285,15 +283,15 @@ template <int D>
     return both;
 }
 
-/// For triangles with sides a, b and c, d at a common corner: true if a line through it separates their projections
-/// along the normal of the first.
+/// Two triangles have a common corner with sides a, b and c, d. Returns true if a line through the corner separates
+/// their projections along the first triangle's normal.
 [[nodiscard]] inline bool are_apart_along(const Normal& n, const Side<3>& a, const Side<3>& b, const Side<3>& c,
                                           const Side<3>& d) {
     const auto turn = [&](const Side<3>& x, const Side<3>& y) {
         return certain_sign(dot(n.direction, cross(x.along, y.along)), n.size * x.size * y.size);
     };
     const int ac = turn(a, c), ad = turn(a, d), bc = turn(b, c), bd = turn(b, d);
-    if ((ac < 0 && ad < 0) || (bc > 0 && bd > 0)) return true;  // b is to the left of a
+    if ((ac < 0 && ad < 0) || (bc > 0 && bd > 0)) return true;  // in the projection, b is to the left of a
     const int cd = turn(c, d);
     return (are_equal_signs(cd, ac) && are_equal_signs(cd, bc)) ||
            (are_equal_signs(cd, -ad) && are_equal_signs(cd, -bd));
@@ -339,38 +337,37 @@ template <int D>
 
 export namespace camber {
 
-/// Fast test (about 10 ns) of straight facets by their vertices. True: proved disjoint except for shared vertices and
-/// edges.
+/// Fast test (about 10 ns) of straight facets by their vertices. True: they are proved disjoint except for shared
+/// vertices and edges.
 template <int D>
 [[nodiscard]] inline bool are_surely_disjoint(const NodalFacet<D>& first, const NodalFacet<D>& second) {
     return are_apart(shared_first(first, second));
 }
 
-/// Two elements with common interior points.
 template <int D>
 struct ElementOverlap {
-    ElementId first, second;  ///< first < second; equal if only one certainly contains the point
-    Vec<D> point;             ///< inside both, if straight (model units)
+    ElementId first, second;  ///< first < second; equal if only one element certainly contains the point
+    Vec<D> point;             ///< inside both elements if they are straight (model units)
     friend bool operator==(const ElementOverlap&, const ElementOverlap&) = default;
 };
 
 template <int D>
 struct Overlaps {
-    bool looked_at = false;       ///< false: no elements, or open boundary
-    std::size_t walls = 0;        ///< connected boundary parts without other contacts
-    std::size_t undecided = 0;    ///< without a certified result
-    std::size_t overlapping = 0;  ///< touching facet pairs and boundary parts, inside other elements
-    /// A pair of elements for each of the `overlapping`, unique and sorted.
+    bool looked_at = false;       ///< false: the mesh has no elements, or an open boundary
+    std::size_t walls = 0;        ///< boundary parts (walls) that were tested
+    std::size_t undecided = 0;    ///< walls without a certified result
+    std::size_t overlapping = 0;  ///< touching facet pairs and walls that are inside other elements
+    /// Unique, sorted pairs of elements: one pair for each of the `overlapping` items.
     std::vector<ElementOverlap<D>> found = {};
 
     friend bool operator==(const Overlaps&, const Overlaps&) = default;
 };
 
-/// Finds overlapping elements even if no walls cross: bodies with coplanar sides, a body inside another, a region
+/// Finds overlapping elements even if no facets cross: bodies with coplanar sides, a body inside another, a region
 /// meshed twice. Results are certified, rounding included. Method and completeness: docs/algorithms/crossing.md.
 ///
-/// `mesh`: all boundary faces listed, positive elements, no duplicate elements or facets. `crossings`: from
-/// `find_crossings`. Time: linear in elements, n log n in boundary facets. Errors: memory, stopped.
+/// `mesh`: all boundary faces are listed, elements are positive, and there are no duplicate elements or facets.
+/// `crossings`: from `find_crossings`. Time: linear in elements, n log n in boundary facets. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Overlaps<D>> find_overlaps(const QuadraticMesh<D>& mesh, const Crossings& crossings,
                                                  const Execution& execution);

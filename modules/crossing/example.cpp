@@ -1,4 +1,4 @@
-// Example of camber.crossing: two plane curves that cross although their chords do not.
+// Example of camber.crossing: two plane curves cross although their chords do not.
 #include <cstdio>
 #include <vector>
 

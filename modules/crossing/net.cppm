@@ -12,32 +12,31 @@ import camber.core;
 import camber.bezier;
 import :crossings;
 
-/// A piece of a facet: Bézier points in coordinates of the facet pair, and features shared with pieces of the other
-/// facet.
+/// A piece of a facet: Bézier points, and features shared with pieces of the other facet.
 namespace camber {
 
 /// Pieces of a pair have an origin close to both facets, and a unit such that Bézier coordinates are at most 1.
-/// Rounding errors, u = 2⁻⁵³: node minus origin u/4 (nodes are below 1/4), Bézier point 2 u, each division at most 4 u,
-/// because means of two do not amplify errors. The total is below 128 u for `max_divisions`.
+/// Rounding errors, with u = 2⁻⁵³: u/4 for node minus origin (nodes are below 1/4), 2 u for a Bézier point, at most 4 u
+/// for each division, because means of two do not amplify errors. The total is below 128 u for `max_divisions`.
 inline constexpr int max_divisions = 24;
 inline constexpr double coordinate_error = 0x1p-46;
 
-/// Exact division fractions of edges. Not the midpoint: constructed inputs often cross there, and no piece would have
-/// the crossing in its interior.
+/// Fractions at which an edge is divided; they are exact in binary. The midpoint is not used: facets of constructed
+/// inputs often cross there, and then no piece has the crossing in its interior.
 inline constexpr double first_share = 69.0 / 128, second_share = 59.0 / 128;
 
-/// Id of a shared point; 0: none.
+/// Id of a point shared by both facets; 0: none.
 using SharedPoint = std::uint64_t;
 
-/// Part of a shared edge.
+/// Part of an edge shared by both facets.
 struct SharedPart {
     std::uint32_t edge = 0;  ///< 0: none
-    std::uint32_t part = 1;  ///< 1: all; part p is divided into 2 p and 2 p + 1
-    bool against = false;    ///< opposite orientation
+    std::uint32_t part = 1;  ///< 1: the whole edge; part p is divided into 2 p and 2 p + 1
+    bool against = false;    ///< the local edge has the opposite orientation
 
     [[nodiscard]] SharedPoint division() const { return edge == 0 ? 0 : SharedPoint{edge} << 32U | part; }
     [[nodiscard]] bool same_as(const SharedPart& o) const { return edge != 0 && edge == o.edge && part == o.part; }
-    /// Part at an end of the piece's edge.
+    /// Half of this part at an end of the piece's edge.
     [[nodiscard]] SharedPart at_end(int end) const {
         return {edge, 2 * part + ((end == 1) != against ? 1U : 0U), against};
     }
@@ -50,11 +49,11 @@ struct Net {
 
     std::array<Vec<D>, quadratic_nodes<K>> control{};  ///< vertices, then edges in the order of `local_edges`
     std::array<SharedPoint, K + 1> corner{};
-    std::array<SharedPart, edges> part{};  ///< from the first to the second local vertex
+    std::array<SharedPart, edges> part{};
     int divisions = 0;
 
     [[nodiscard]] const Vec<D>& middle(int e) const { return control[K + 1 + e]; }
-    /// P_{e_i+e_j}.
+    /// Bézier point P_{e_i+e_j}.
     [[nodiscard]] const Vec<D>& at(int i, int j) const {
         if (i == j) return control[i];
         if constexpr (K == 1)
@@ -71,8 +70,9 @@ template <int D>
     return box;
 }
 
-/// Bound of the distance from the straight simplex at equal parameters: Σ 2 ξ_i ξ_j (P_ij − (P_i + P_j)/2), with Σ 2
-/// ξ_i ξ_j at most 1/2 on an edge, 2/3 on a triangle. Includes rounding.
+/// Bound of the distance between the piece and its straight simplex at equal parameters ξ, rounding included. The
+/// difference is Σ 2 ξ_i ξ_j (P_ij − (P_i + P_j)/2) over the edges. Σ 2 ξ_i ξ_j is at most 1/2 on an edge, 2/3 on a
+/// triangle.
 template <int D>
 [[nodiscard]] inline double sag(const Net<D>& net) {
     double most = 0;
@@ -83,7 +83,6 @@ template <int D>
     return (D == 2 ? 0.5 : 2.0 / 3) * most * (1 + 0x1p-40) + 8 * coordinate_error;
 }
 
-/// Corner weights of an edge's division point.
 struct Division {
     double first, second;
     explicit Division(const SharedPart& part)
@@ -103,14 +102,13 @@ struct Division {
     return {first, second};
 }
 
-/// Edge opposite corner i, in `local_edges`.
 inline constexpr std::array<int, 3> opposite_edge{1, 2, 0};
 
-/// Three corner pieces and an inner piece, whose corner i is on the edge opposite corner i. Their Bézier points are
-/// values of the bilinear blossom f(a, b), f(V_i, V_j) = P_ij.
+/// Divides a triangle into three corner pieces and an inner piece. Corner i of the inner piece is on the edge opposite
+/// corner i. Bézier points of the pieces are values of the bilinear blossom f, defined by f(V_i, V_j) = P_ij.
 [[nodiscard]] inline std::array<Net<3>, 4> pieces(const Net<3>& n) {
     const std::array<Division, 3> at{Division(n.part[0]), Division(n.part[1]), Division(n.part[2])};
-    std::array<std::array<Vec<3>, 3>, 3> row{};  // f(M_e, V_k), with M_e the division point of edge e
+    std::array<std::array<Vec<3>, 3>, 3> row{};  // f(M_e, V_k), where M_e is the division point of edge e
     for (int e = 0; e < 3; ++e)
         for (int k = 0; k < 3; ++k) {
             const auto [i, j] = local_edges<2>[e];
@@ -148,12 +146,12 @@ inline constexpr std::array<int, 3> opposite_edge{1, 2, 0};
     return out;
 }
 
-/// Facets in the pair's coordinates. Shared vertices and edges are found by positions, not ids, because of slits. None
-/// if a node is not finite.
+/// Two facets in the coordinates of the pair. Shared vertices and edges are found by positions, not ids, because of
+/// slits.
 template <int D>
 struct NetPair {
     Net<D> first, second;
-    bool same = false;  ///< all nodes are shared
+    bool same = false;
 };
 
 template <int D>
@@ -168,7 +166,8 @@ template <int D>
     return net;
 }
 
-/// Power of two that scales nodes below 1/4. None if not finite or all equal.
+/// Power of two that scales node differences from `origin` below 1/4. None if a node is not finite or all nodes are
+/// equal.
 template <int D>
 [[nodiscard]] inline std::optional<double> unit_for(const NodalFacet<D>& first, const NodalFacet<D>& second,
                                                     const Vec<D>& origin) {
@@ -185,7 +184,7 @@ template <int D>
 
 template <int D>
 [[nodiscard]] inline std::optional<NetPair<D>> net_pair(const NodalFacet<D>& first, const NodalFacet<D>& second) {
-    std::array<int, D> twin{};  // per vertex of the first: the second's vertex at the same position
+    std::array<int, D> twin{};  // for each vertex of the first facet: the second's vertex at the same position
     twin.fill(-1);
     int shared = 0, shared_edges = 0;
     Vec<D> origin = first.nodes[0];
@@ -218,10 +217,11 @@ template <int D>
 
 }  // namespace camber
 
-/// Separating planes of Bézier nets: approximate search (Gilbert, Johnson, Keerthi 1988), rigorous proof.
+/// Planes that separate Bézier nets: an approximate search (Gilbert, Johnson, Keerthi 1988), then a rigorous proof.
 namespace camber {
 
-/// Minimum of n · (P − Q) relative to |n|_1: two errors `coordinate_error`, and rounding of sums.
+/// A plane with normal n is accepted if n · (P − Q) is above this margin times |n|_1 for all points P, Q. The margin
+/// covers two errors `coordinate_error` and the rounding of sums.
 inline constexpr double separation_margin = 4 * coordinate_error;
 
 template <int D>
@@ -231,15 +231,14 @@ template <int D>
     return sum;
 }
 
-/// Simplex of the GJK search.
 template <int D>
 struct GjkSimplex {
     std::array<Vec<D>, D + 1> points{};
     std::size_t size = 0;
 };
 
-/// Weights of `others` in the point closest to the origin of the affine hull of `last` and `others`. None if they are
-/// dependent.
+/// Finds the point of the affine hull of `last` and `others` that is closest to the origin, and returns the weights of
+/// `others` in it. None if the points are dependent.
 template <int D>
 [[nodiscard]] inline std::optional<std::array<double, D>> nearest_weights(const Vec<D>& last,
                                                                           std::span<const Vec<D>> others) {
@@ -263,8 +262,8 @@ template <int D>
     return weights;
 }
 
-/// Point of the hull closest to the origin. The last point is the newest; keeps only supporting points. None: contains
-/// the origin.
+/// Point of the simplex closest to the origin; only the points that support it are kept. The last point is the newest.
+/// None: the simplex contains the origin.
 template <int D>
 [[nodiscard]] inline std::optional<Vec<D>> nearest_place(GjkSimplex<D>& simplex) {
     const Vec<D> last = simplex.points[simplex.size - 1];
@@ -298,19 +297,19 @@ template <int D>
     return nearest;
 }
 
-/// Searches a direction with positive products with a set of points. `lowest(n)`: point with the minimum product.
-/// `proves(n)`: rigorous test.
+/// Searches a direction that has positive scalar products with all points of a set. `lowest(n)` returns the point with
+/// the minimum product; `proves(n)` is a rigorous test.
 template <int D, class Lowest, class Proves>
 [[nodiscard]] inline bool finds_direction(Vec<D> start, Lowest&& lowest, Proves&& proves) {
     constexpr int max_tries = 12;
     GjkSimplex<D> simplex;
     Vec<D> n = start;
     for (int i = 0; i < max_tries; ++i) {
-        // Products with a smaller n underflow.
+        // The products would underflow for a smaller n.
         if (!(norm_squared(n) > 0)) return false;
         if (proves(n)) return true;
         const Vec<D> point = lowest(n);
-        // No progress: the hull contains the origin within rounding.
+        // Without progress, the hull contains the origin within rounding.
         if (i > 0 && dot(n, point) >= (1 - 0x1p-30) * norm_squared(n)) return false;
         simplex.points[simplex.size++] = point;
         const auto nearest = nearest_place(simplex);
@@ -320,7 +319,7 @@ template <int D, class Lowest, class Proves>
     return false;
 }
 
-/// Tries normals of the straight simplices and cross products of their edges, for gaps too thin for the search above.
+/// Tries normals of the straight simplices, and cross products of their edges, for gaps too thin for `finds_direction`.
 template <class Try>
 [[nodiscard]] inline bool some_normal(const Net<2>& first, const Net<2>& second, Try&& works) {
     const auto normal = [](const Net<2>& net) {
@@ -339,7 +338,6 @@ template <class Try>
     return false;
 }
 
-/// True if a plane separates the nets.
 template <int D>
 [[nodiscard]] inline bool separated(const Net<D>& first, const Net<D>& second) {
     const auto lowest_of = [](const Net<D>& net, const Vec<D>& n) {
@@ -357,8 +355,9 @@ template <int D>
            });
 }
 
-/// True if a plane through the only shared point (corners i and j) separates all other Bézier points. n · F has
-/// Bernstein coefficients 0 there and positive ones elsewhere, so the pieces meet only there.
+/// True if a plane through the only shared point (corner i of the first and j of the second) separates all other Bézier
+/// points. For its normal n, n · F has the Bernstein coefficient 0 at the shared point and positive ones elsewhere, so
+/// the pieces meet only there.
 template <int D>
 [[nodiscard]] inline bool separated_at(const Net<D>& first, int i, const Net<D>& second, int j) {
     constexpr std::size_t n_vectors = 2 * (quadratic_nodes<D - 1> - 1);
@@ -385,23 +384,22 @@ template <int D>
 
 }  // namespace camber
 
-/// Injectivity of one triangle, or two with a common edge.
+/// Proof that one triangle, or a pair of triangles with a common edge, does not intersect itself.
 namespace camber {
 
-/// A triangle with base `from`–`to`; `side`: of the base in the parameter plane.
+/// A triangle with the base `from`–`to`. `side` (1 or −1) is its side of the base in the parameter plane.
 struct Sheet {
     const Net<3>* net = nullptr;
     int from = 0, to = 1, apex = 2;
     double side = 1;
 };
 
-/// dF/ds and dF/dt at the corners, for parameters with base (−1, 0) to (1, 0) and apex (lean, ±1), up to factors along
-/// s and t. dF is affine: other values are means.
+/// dF/ds and dF/dt at the corners, up to factors. In the parameters s and t, the base goes from (−1, 0) to (1, 0), and
+/// the apex is (lean, ±1). dF is affine, so its other values are means of the values at the corners.
 struct SheetSlopes {
     std::array<Vec<3>, 3> s{}, t{};
 };
 
-/// The triangle on its longest edge.
 [[nodiscard]] inline Sheet sheet_of(const Net<3>& net) {
     Sheet longest{&net, 0, 1, 2, 1};
     for (int i = 1; i < 3; ++i) {
@@ -425,7 +423,7 @@ struct SheetSlopes {
 
 [[nodiscard]] inline Vec<3> mean(const std::array<Vec<3>, 3>& v) { return (v[0] + v[1] + v[2]) / 3.0; }
 
-/// Removes the component along the unit vector n; v if n is 0.
+/// Returns v without its component along the unit vector n; returns v if n is 0.
 [[nodiscard]] inline Vec<3> perpendicular_part(const Vec<3>& n, const Vec<3>& v) { return v - dot(n, v) * n; }
 
 /// Weighted rows of the matrix A.
@@ -436,8 +434,8 @@ struct Layout {
     bool fits = false;
 };
 
-/// Chooses lengths, leans (subtracted from the slopes) and rows of A in the projection along `view` (0: none). A bad
-/// choice only makes the proof fail.
+/// Chooses the lengths, the leans (subtracted from the slopes) and the rows of A, in the projection along `view` (0: no
+/// projection). A bad choice can only make the proof fail.
 [[nodiscard]] inline Layout laid_out(std::span<SheetSlopes> slopes, const Vec<3>& view) {
     Layout out;
     for (const SheetSlopes& d : slopes) out.along += perpendicular_part(view, mean(d.s));
@@ -466,8 +464,8 @@ struct Layout {
     return out;
 }
 
-/// True if A dF + (A dF)ᵀ is positive definite at all corners, rounding included. Slopes are sums of at most six Bézier
-/// points.
+/// For the map F of the sheets: true if A dF + (A dF)ᵀ is positive definite at all corners, rounding included. Slopes
+/// are sums of at most six Bézier points.
 [[nodiscard]] inline bool is_definite(std::span<const SheetSlopes> slopes, const Layout& layout) {
     const auto& [along, across, length, weight, heights, fits] = layout;
     const double blur_along = 16 * coordinate_error * sum_of_sizes(along);
@@ -485,7 +483,6 @@ struct Layout {
     return true;
 }
 
-/// Direction of maximum deviation of slopes from their means.
 [[nodiscard]] inline Vec<3> bent_direction(std::span<const SheetSlopes> slopes) {
     Vec<3> most;
     for (const SheetSlopes& d : slopes)
@@ -497,10 +494,10 @@ struct Layout {
     return normalised(most);
 }
 
-/// Proves that the map F of adjacent sheets is injective. Their parameter domain is convex, for |lean| ≤ 1. For points
-/// x, y of it, (y − x)·A (F(y) − F(x)) = ∫ (y − x)·A dF (y − x), which is positive if A dF + (A dF)ᵀ is positive
-/// definite. dF is affine, so the corners suffice. A is arbitrary, with weighted rows along and across the base. The
-/// sheets need equal Bézier points on their common edge.
+/// Proves that the map F of adjacent sheets is injective. Its parameter domain is convex for |lean| ≤ 1. For points x,
+/// y of this domain, (y − x)·A (F(y) − F(x)) = ∫ (y − x)·A dF (y − x). This is positive if A dF + (A dF)ᵀ is positive
+/// definite. dF is affine, so tests at the corners suffice. The matrix A is arbitrary; here its weighted rows are along
+/// and across the base. The sheets need equal Bézier points on their common edge.
 [[nodiscard]] inline bool is_graph(std::span<const Sheet> sheets) {
     std::array<SheetSlopes, 2> slopes{}, leaning{};
     for (std::size_t k = 0; k < sheets.size(); ++k) slopes[k] = upright_slopes(sheets[k]);
@@ -516,14 +513,15 @@ struct Layout {
 
 }  // namespace camber
 
-/// Proof of crossing: the straight simplices cross, at a distance from each rim above the sum of the sags. Bending them
-/// then moves no rim through a piece, which preserves the signed number of crossings, ±1.
+/// Proof of crossing: the straight simplices cross, and the intersection is farther from the boundary of each than the
+/// sum of the sags. Bending the simplices to the pieces then moves no boundary through a piece, which preserves the
+/// signed number of crossings, ±1.
 namespace camber {
 
-/// Relative error of sums of products of coordinate differences, by the product of lengths.
+/// Bound of the error of sums of products of coordinate differences, relative to the product of lengths.
 inline constexpr double product_rounding = 0x1p-48;
 
-/// True if p and q are on opposite sides of the line a–b, at distances above `reach`.
+/// True if p and q are on opposite sides of the line through a and b, at distances above `reach`.
 [[nodiscard]] inline bool apart_across(const Vec<2>& p, const Vec<2>& q, const Vec<2>& a, const Vec<2>& b,
                                        double reach) {
     const Vec<2> along = b - a;
@@ -542,8 +540,8 @@ inline constexpr double product_rounding = 0x1p-48;
     return apart_across(p[0], p[1], q[0], q[1], reach) && apart_across(q[0], q[1], p[0], p[1], reach);
 }
 
-/// True if the segment p–q intersects the triangle, with distances of its ends from the plane and of its line from edge
-/// lines above `reach`.
+/// True if the segment p–q intersects the triangle and three distances are above `reach`: those of p and q from the
+/// plane, and that of the line p–q from the lines of the triangle's edges.
 [[nodiscard]] inline bool pierces(const Vec<3>& p, const Vec<3>& q, const std::array<Vec<3>, 3>& triangle,
                                   double reach) {
     reach *= 1 + 0x1p-40;
@@ -583,11 +581,10 @@ inline constexpr double product_rounding = 0x1p-48;
 
 }  // namespace camber
 
-/// Separation by parabolas: the equation of a quadratic curve's parabola gives the side of other points. It separates
-/// nested arcs without division, even if their gap is much smaller than their sag.
+/// Separation by parabolas: the equation of a quadratic curve's parabola shows on which side other points are. It
+/// separates nested arcs without division, even if their gap is much smaller than their sag.
 namespace camber {
 
-/// Common corners of two pieces.
 template <int D>
 struct Common {
     int count = 0;
@@ -606,13 +603,13 @@ template <int D>
     return common;
 }
 
-/// Barycentric coordinates in a curve's control triangle, times twice its area: ends and middle. On the parabola,
-/// middle² = 4 first second.
+/// Barycentric coordinates of a point in a curve's control triangle, times twice its area: for the two ends and the
+/// middle point. On the parabola, middle² = 4 first second.
 struct Areas {
     double first = 0, middle = 0, second = 0;
 };
 
-/// Error of an area: two products of differences below 2, with error 2 `coordinate_error` each.
+/// Error of an area, from two products of differences below 2 with an error of 2 `coordinate_error` each.
 inline constexpr double area_error = 20 * coordinate_error;
 
 [[nodiscard]] inline Areas areas_at(const Net<2>& curve, const Vec<2>& p) {
@@ -620,7 +617,6 @@ inline constexpr double area_error = 20 * coordinate_error;
     return {cross(m - p, b - p), cross(b - p, a - p), cross(a - p, m - p)};
 }
 
-/// A number with an error bound.
 struct BoundedNumber {
     double value = 0, error = 0;
     [[nodiscard]] int sign() const { return value > error ? 1 : value < -error ? -1 : 0; }
@@ -630,7 +626,7 @@ struct BoundedNumber {
     friend BoundedNumber operator*(double s, const BoundedNumber& a) { return {s * a.value, std::abs(s) * a.error}; }
 };
 
-/// Polar form of middle² − 4 first second.
+/// Polar form of the parabola's equation middle² − 4 first second.
 [[nodiscard]] inline BoundedNumber polar(const Areas& p, const Areas& q) {
     const double size = std::abs(p.middle) + std::abs(q.middle) +
                         2 * (std::abs(p.first) + std::abs(q.first) + std::abs(p.second) + std::abs(q.second));
@@ -638,8 +634,9 @@ struct BoundedNumber {
             1.1 * area_error * (size + 8 * area_error)};
 }
 
-/// True if the curve is on one side of the other's parabola, except at common ends. The equation is a quartic; its
-/// Bernstein coefficients must have equal signs. At a common end, the first or last is 0.
+/// True if the curve is on one side of the other's parabola, except at common ends. The parabola's equation along the
+/// curve is a quartic polynomial, whose Bernstein coefficients must have equal signs. At a common end, the first or
+/// last coefficient is 0 and not tested.
 [[nodiscard]] inline bool beside_parabola(const Net<2>& curve, const Net<2>& other,
                                           const std::array<bool, 2>& is_common) {
     const Areas a = areas_at(other, curve.control[0]), m = areas_at(other, curve.control[2]),

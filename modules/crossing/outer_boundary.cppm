@@ -20,12 +20,12 @@ import :crossings;
 import :net;
 import :planar;
 
-/// Outer boundary of a mesh, and element counts at its inner sides.
+/// The outer boundary of a mesh, and the number of elements at the inner side of its parts.
 namespace camber {
 
 inline constexpr std::uint32_t no_boundary_row = 0xffffffffU;
 
-/// A face of one element, with outward normal.
+/// A face that belongs to one element only, with outward normal.
 template <int D>
 struct OuterFacet {
     NodalFacet<D> nodes;
@@ -33,11 +33,11 @@ struct OuterFacet {
     ElementId element;
 };
 
-/// Reverses the normal.
+/// Facet with reversed normal.
 template <int D>
 [[nodiscard]] inline NodalFacet<D> turned(NodalFacet<D> facet) {
     std::swap(facet.nodes[0], facet.nodes[1]);
-    if constexpr (D == 3) std::swap(facet.nodes[4], facet.nodes[5]);  // e12 and e20; e01 stays
+    if constexpr (D == 3) std::swap(facet.nodes[4], facet.nodes[5]);  // edges e12 and e20; e01 is unchanged
     return facet;
 }
 
@@ -47,7 +47,6 @@ template <std::size_t N, class Item>
     return items;
 }
 
-/// True if the permutation that sorts the items is odd.
 template <std::size_t N, class Item>
 [[nodiscard]] inline bool is_odd(const std::array<Item, N>& items) {
     int inversions = 0;
@@ -56,7 +55,7 @@ template <std::size_t N, class Item>
     return inversions % 2 == 1;
 }
 
-/// Returns none for curved facets that are not coplanar.
+/// Contact of two touching facets; none for curved facets that are not coplanar.
 [[nodiscard]] inline std::optional<Contact> contact_of(const NodalFacet<2>& first, const NodalFacet<2>& second) {
     return is_straight(first) && is_straight(second) ? contact_of_straight(first, second) : std::nullopt;
 }
@@ -70,7 +69,7 @@ template <std::size_t N, class Item>
     return of_first == of_second ? Contact::inside : Contact::opposite;
 }
 
-/// Point at barycentric coordinates; normal of any length.
+/// A point of a facet, and a normal of any length there.
 template <int D>
 struct PointOnFacet {
     Vec<D> point, normal;
@@ -83,7 +82,7 @@ struct PointOnFacet {
 }
 [[nodiscard]] inline PointOnFacet<3> point_on(const NodalFacet<3>& facet, const std::array<double, 3>& w) {
     Vec<3> point{};
-    std::array<Vec<3>, 3> slope{};  // by barycentric coordinate
+    std::array<Vec<3>, 3> slope{};  // derivatives by barycentric coordinates
     for (int i = 0; i < 3; ++i) {
         point += w[i] * (2 * w[i] - 1) * facet.nodes[i];
         slope[i] += (4 * w[i] - 1) * facet.nodes[i];
@@ -106,12 +105,13 @@ inline constexpr std::array<std::array<double, D>, 3> witness_weights = [] {
         return std::array<std::array<double, 3>, 3>{
             {{0.3517, 0.3089, 0.3394}, {0.5309, 0.2711, 0.198}, {0.1873, 0.2416, 0.5711}}};
 }();
-/// Distances of ray starts, in facet sizes. Smaller ones resolve curved facets better.
+/// Distances of ray starts from the facet, relative to the facet's size. Smaller distances resolve curved facets
+/// better.
 inline constexpr std::array witness_distances{0x1p-7, 0x1p-13, 0x1p-19};
-/// Maximum facets per wall.
+/// Maximum number of facets that are tried for each boundary part.
 inline constexpr std::size_t max_trials = 4;
 
-/// A point at a facet's inner side, and the number of elements with it.
+/// A point at the inner side of a facet, and the number of elements that contain it.
 template <int D>
 struct Witness {
     int covers = 0;  ///< 0: undecided
@@ -131,8 +131,8 @@ class OuterBoundary {
     [[nodiscard]] bool is_cancelled(std::size_t f) const { return is_cancelled_[f] != 0; }
     [[nodiscard]] const std::vector<std::array<std::uint32_t, 2>>& overlapping() const { return overlapping_; }
 
-    /// Removes facets at the same position with opposite normals: sides of a slit, or of a wall between bodies. Equal
-    /// normals belong to overlapping elements.
+    /// Removes facets at the same position with opposite normals: the sides of a slit, or of an interface between
+    /// bodies. Facets with equal normals remain, because they belong to overlapping elements.
     void cancel() {
         std::vector<std::uint32_t> order(facets_.size());
         std::iota(order.begin(), order.end(), 0U);
@@ -146,7 +146,7 @@ class OuterBoundary {
         }
     }
 
-    /// Records pairs. `rows`: boundary row of each mesh facet, or no_boundary_row.
+    /// Records facet pairs with contacts. `rows` has the boundary row of each mesh facet, or no_boundary_row.
     void mark(const Crossings& crossings, std::span<const std::uint32_t> rows) {
         for (const FacetCrossing& pair : crossings.found) {
             const std::uint32_t f = rows[pair.first.index()], g = rows[pair.second.index()];
@@ -165,9 +165,9 @@ class OuterBoundary {
         std::sort(opposite_.begin(), opposite_.end());
     }
 
-    /// Boundary parts connected by edges (2D: vertices) of exactly two facets without other contacts. The element count
-    /// at the inner side is constant on a part. A touched facet is its own part. Facets that cross others, or are known
-    /// to be inside other elements, are excluded. None if the boundary is open.
+    /// Walls: boundary parts connected by edges (2D: vertices) of exactly two facets, without other contacts. The
+    /// number of elements at the inner side is constant on a wall. A touched facet is a wall of one facet. Facets that
+    /// cross others, or are known to be inside other elements, are excluded. None if the boundary is open.
     [[nodiscard]] std::optional<std::vector<std::vector<std::uint32_t>>> walls() const {
         std::vector<std::uint32_t> parent(facets_.size());
         std::iota(parent.begin(), parent.end(), 0U);
@@ -202,7 +202,6 @@ class OuterBoundary {
         return parts;
     }
 
-    /// Builds the tree for `witness`.
     void index() {
         std::vector<Box<D>> boxes;
         for (std::uint32_t f = 0; f < facets_.size(); ++f) {
@@ -213,7 +212,6 @@ class OuterBoundary {
         tree_ = BoxTree<D>(std::span<const Box<D>>(boxes));
     }
 
-    /// Counts the elements at the inner side of a wall.
     [[nodiscard]] Witness<D> witness(const std::vector<std::uint32_t>& wall) const {
         const std::size_t step = std::max<std::size_t>(1, wall.size() / max_trials);
         for (std::size_t trial = 0; trial < max_trials && trial * step < wall.size(); ++trial)
@@ -226,7 +224,7 @@ class OuterBoundary {
     }
 
   private:
-    /// A facet's edge (2D: vertex), by position ids.
+    /// An edge (2D: vertex) of a facet. `key` has the ids of its vertex positions.
     struct Rim {
         std::array<std::uint32_t, D - 1> key{};
         std::uint32_t facet = 0;
@@ -239,14 +237,14 @@ class OuterBoundary {
         is_touched_[f] = is_touched_[g] = judged;
     }
 
-    /// One id for each distinct vertex position.
     void find_places() {
         places_.resize(facets_.size());
         RowTable table(D * facets_.size());
         const auto point = [&](std::uint32_t row) -> const Vec<D>& { return facets_[row / D].nodes.nodes[row % D]; };
         for (std::uint32_t row = 0; row < D * facets_.size(); ++row) {
             std::array<std::uint64_t, D> bits{};
-            for (int i = 0; i < D; ++i) bits[i] = std::bit_cast<std::uint64_t>(point(row)[i] + 0.0);  // −0 is 0
+            for (int i = 0; i < D; ++i)
+                bits[i] = std::bit_cast<std::uint64_t>(point(row)[i] + 0.0);  // adding 0 replaces −0 by 0
             places_[row / D][row % D] =
                 table.insert(hash_of(bits), row, [&](std::uint32_t other) { return point(other) == point(row); });
         }
@@ -254,7 +252,6 @@ class OuterBoundary {
 
     [[nodiscard]] const Vec<D>& mid_node(std::uint32_t f, int e) const { return facets_[f].nodes.nodes[D + e]; }
 
-    /// For facets with equal vertices: true for equal mid nodes.
     [[nodiscard]] bool have_same_nodes(std::uint32_t f, std::uint32_t g) const {
         for (int e = 0; e < edges_per_simplex<D - 1>; ++e)
             for (int k = 0; k < edges_per_simplex<D - 1>; ++k) {
@@ -308,8 +305,8 @@ class OuterBoundary {
         return std::binary_search(opposite_.begin(), opposite_.end(), std::array{f, g});
     }
 
-    /// Counts the elements at the facet's inner side: 1 for the facet, plus the signed hits of an outward ray beyond
-    /// it.
+    /// Counts the elements at the facet's inner side: 1 for its own element, plus the signed hits of an outward ray on
+    /// facets beyond it.
     [[nodiscard]] Witness<D> try_witness(std::uint32_t f, const std::array<double, D>& weights, double distance) const {
         const NodalFacet<D>& facet = facets_[f].nodes;
         const auto [p, normal] = point_on(facet, weights);
@@ -331,7 +328,7 @@ class OuterBoundary {
         tree_.meeting(along, [&](std::size_t item) {
             const std::uint32_t g = of_tree_[item];
             if (g == f || !beyond.certain) return;
-            // A facet in contact has the same distance and counts as beyond.
+            // A facet with a common area and opposite normal has the same distance; it counts as beyond.
             beyond = beyond + caster.hits(facets_[g].nodes, are_opposite(f, g) ? RayRange{} : at);
         });
         if (!beyond.certain || 1 + beyond.count < 1) return {};
@@ -344,7 +341,7 @@ class OuterBoundary {
     std::vector<std::uint8_t> is_cancelled_, is_touched_;
     std::vector<std::array<std::uint32_t, 2>> overlapping_, opposite_;
     BoxTree<D> tree_;
-    std::vector<std::uint32_t> of_tree_;  ///< facet of each tree item
+    std::vector<std::uint32_t> of_tree_;
 };
 
 }  // namespace camber

@@ -20,12 +20,10 @@ namespace camber {
 
 namespace {
 
-/// Number of elements at a facet, and the last one.
 struct FacetSides {
     std::uint32_t count = 0, element = no_boundary_row;
     int opposite = 0;
 };
-/// Ascending vertices as words.
 template <std::size_t N>
 std::array<std::uint64_t, N> key_of(const std::array<VertexId, N>& facet) {
     std::array<std::uint64_t, N> key{};
@@ -82,7 +80,6 @@ class MeshNodes {
         return quadratic_ ? nodal_facet(*quadratic_, f) : straight_facet<D>(corners(linear_.facets.vertices[f]));
     }
 
-    /// Faces of an element, with outward normals.
     [[nodiscard]] std::array<NodalFacet<D>, D + 1> faces(ElementId e) const {
         std::array<NodalFacet<D>, D + 1> faces;
         for (int i = 0; i <= D; ++i) {
@@ -115,7 +112,6 @@ class MeshNodes {
     const QuadraticMesh<D>* quadratic_ = nullptr;
 };
 
-/// Point location.
 template <int D>
 class Elements {
   public:
@@ -152,7 +148,6 @@ class Elements {
     BoxTree<D> tree_;
 };
 
-/// Solves A x = b by elimination with pivoting; none if A is singular.
 template <std::size_t N>
 std::optional<std::array<double, N>> solved(std::array<std::array<double, N>, N> a, std::array<double, N> b) {
     for (std::size_t i = 0; i < N; ++i) {
@@ -173,8 +168,8 @@ std::optional<std::array<double, N>> solved(std::array<std::array<double, N>, N>
     return b;
 }
 
-/// Maximises the distance from all faces of two straight elements. There, D + 1 distances are equal; all such points
-/// are tried.
+/// Point with the maximum distance from all faces of two straight elements. There, D + 1 distances are equal, so all
+/// such points are tried.
 template <int D>
 Vec<D> deepest_point(const MeshNodes<D>& mesh, ElementId first, ElementId second) {
     constexpr int count = 2 * (D + 1);
@@ -218,7 +213,6 @@ ElementOverlap<D> overlap_of(ElementId a, ElementId b, const Vec<D>& point) {
     return {std::min(a, b), std::max(a, b), point};
 }
 
-/// `rows`: boundary row of each mesh facet.
 template <int D>
 struct RowsOfBoundary {
     std::vector<OuterFacet<D>> facets;

@@ -82,8 +82,8 @@ Crossing crossing_of_itself(const NodalFacet<D>& facet, int effort) {
 
 }  // namespace camber
 
-// Coordinates as integers: doubles are multiples of a power of two. Each axis has its own power, because scaling of an
-// axis preserves intersections.
+// Coordinates as integers, which is possible because doubles are multiples of a power of two. Each axis has its own
+// power, because scaling of an axis preserves intersections.
 namespace camber {
 
 namespace {
@@ -152,13 +152,12 @@ int common_vertices(const Simplex<D>& a, const Simplex<D>& b) {
     return count;
 }
 
-/// Fraction above/below with below > 0.
+/// The fraction above / below, with below > 0.
 struct Ratio {
     Integer above, below = 1;
     friend bool operator<(const Ratio& a, const Ratio& b) { return a.above * b.below < b.above * a.below; }
 };
 
-/// Interval on a line, by one coordinate.
 struct LineInterval {
     std::optional<Ratio> low = {}, high = {};
 
@@ -177,7 +176,7 @@ Overlap overlap(const LineInterval& a, const LineInterval& b) {
     return low < high ? Overlap::stretch : high < low ? Overlap::none : Overlap::point;
 }
 
-/// Signed vertex heights over a line or plane.
+/// Signed heights of vertices over a line or plane.
 template <std::size_t N>
 struct Sides {
     std::array<Integer, N> heights;
@@ -196,7 +195,6 @@ struct Sides {
     }
 };
 
-/// Intersection with the line or plane of the heights.
 template <int D>
 LineInterval section(const Simplex<D>& t, const Sides<D>& sides, int axis) {
     LineInterval s;
@@ -213,13 +211,12 @@ LineInterval section(const Simplex<D>& t, const Sides<D>& sides, int axis) {
     return s;
 }
 
-/// Touching for common points except shared vertices.
+/// Touching if the facets have common points other than shared vertices; else disjoint.
 Crossing contact(Overlap overlap, int common) {
     const bool is_shared = overlap == Overlap::point ? common > 0 : common == 2;
     return overlap == Overlap::none || is_shared ? Crossing::disjoint : Crossing::touching;
 }
 
-/// An axis with a nonzero component.
 template <int D>
 int axis_of(const Point<D>& v) {
     int axis = 0;
@@ -227,16 +224,14 @@ int axis_of(const Point<D>& v) {
     return axis;
 }
 
-/// An axis along the intersection of two planes.
 int axis_of_line(const Point<3>& n, const Point<3>& m) {
     return axis_of<3>({n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]});
 }
 
-/// A triangle's edge in the plane of axes x and y.
 struct EdgeInPlane {
     Point<3> p, q;
-    bool is_left = false;  ///< the triangle is on the left
-    Sides<3> other;        ///< other triangle's vertices, positive on the left
+    bool is_left = false;
+    Sides<3> other;  ///< heights of the other triangle's vertices over the edge, positive on the left
 };
 std::array<EdgeInPlane, 6> edges_in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y) {
     std::array<EdgeInPlane, 6> edges;
@@ -251,8 +246,8 @@ std::array<EdgeInPlane, 6> edges_in_plane(const Simplex<3>& a, const Simplex<3>&
     return edges;
 }
 
-/// Triangles in the plane of axes x and y are convex, so they overlap unless an edge line separates them; on that line
-/// they may touch.
+/// In the plane of axes x and y, triangles are convex. So they overlap unless the line of an edge separates them; on
+/// this line they may touch.
 Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int common) {
     bool overlap_everywhere = true;
     Crossing found = Crossing::disjoint;
@@ -271,7 +266,7 @@ Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int co
     return overlap_everywhere ? Crossing::touching : found;
 }
 
-/// Heights over the plane through `at`, times the normal's length.
+/// Heights of vertices over the plane through `at`, times the length of `normal`.
 Sides<3> sides_of(const Simplex<3>& t, const Point<3>& normal, const Point<3>& at) {
     Sides<3> s;
     for (int i = 0; i < 3; ++i)
@@ -282,14 +277,12 @@ Sides<2> sides_of(const Simplex<2>& t, const Simplex<2>& line) {
     return {{area<2>(line[0], line[1], t[0], 0, 1), area<2>(line[0], line[1], t[1], 0, 1)}};
 }
 
-/// True if the triangles have a common area in the plane of axes x and y.
 bool share_area(const Simplex<3>& a, const Simplex<3>& b, int x, int y) {
     return std::ranges::all_of(edges_in_plane(a, b, x, y), [](const EdgeInPlane& edge) {
         return edge.is_left ? edge.other.any_above() : edge.other.any_below();
     });
 }
 
-/// True if the interior of the first meets the second.
 bool meets_inside(const LineInterval& first, const LineInterval& second) {
     return first.low && second.low && *first.low < *second.high && *second.low < *first.high;
 }
@@ -340,7 +333,7 @@ std::optional<Contact> contact_of_straight(const NodalFacet<2>& first, const Nod
         if (overlap(section<2>(a, of_a, axis), section<2>(b, of_b, axis)) != Overlap::stretch) return Contact::rims;
         return (a[1][axis] > a[0][axis]) == (b[1][axis] > b[0][axis]) ? Contact::inside : Contact::opposite;
     }
-    // The body is to the left of its edges. An end of one edge inside the other's body enters it.
+    // Each body is to the left of its edges. An edge whose end is inside the other's body enters it.
     const auto enters = [](const Sides<2>& of_wall, const Sides<2>& of_other) {
         return of_wall.straddle() && of_other.any_above() && !of_other.any_below();
     };
@@ -359,7 +352,8 @@ std::optional<Contact> contact_of_straight(const NodalFacet<3>& first, const Nod
         if (!share_area(a, b, (axis + 1) % 3, (axis + 2) % 3)) return Contact::rims;
         return (n[axis] > 0) == (m[axis] > 0) ? Contact::inside : Contact::opposite;
     }
-    // The body is below its facets. A facet that meets the interior of another and has a part below it enters the body.
+    // Each body is below its facets. A facet that meets the interior of another facet and is partly below it enters the
+    // body.
     const int axis = axis_of_line(n, m);
     const LineInterval in_a = section<3>(a, of_a, axis), in_b = section<3>(b, of_b, axis);
     const bool enters_a = of_a.straddle() && of_b.any_below() && meets_inside(in_a, in_b);

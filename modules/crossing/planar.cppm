@@ -13,10 +13,9 @@ import camber.bezier;
 import :crossings;
 import :net;
 
-/// Search over pairs of pieces; pieces without a proof are divided.
+/// Search over pairs of pieces of two facets. Pieces for which no proof is found are divided.
 namespace camber {
 
-/// Local edge between two corners of a triangle.
 [[nodiscard]] constexpr int edge_between(int i, int j) { return i + j == 1 ? 0 : i + j == 3 ? 1 : 2; }
 
 [[nodiscard]] inline bool share_edge(const Net<3>& first, const Net<3>& second, const Common<3>& common) {
@@ -40,7 +39,6 @@ template <int D>
     return box_of(net).diagonal();
 }
 
-/// Depth-first search over pairs of pieces.
 template <int D>
 class Search {
   public:
@@ -105,7 +103,7 @@ class Search {
         return worst;
     }
 
-    /// Gives ids to corners and edges, for pieces to share.
+    /// Assigns ids to corners and edges, so that pieces of the same facet share them.
     static Net<3> named(Net<3> net) {
         for (int i = 0; i < 3; ++i) {
             net.corner[i] = static_cast<SharedPoint>(i) + 1;
@@ -119,13 +117,12 @@ class Search {
 
 }  // namespace camber
 
-/// Projection along an axis: disjoint projections prove disjoint facets. For almost coplanar facets between arcs with a
-/// gap smaller than their sag, which tests in 3D would divide into very small pieces.
+/// Projection along an axis: disjoint projections prove that facets are disjoint. It serves almost coplanar facets
+/// between arcs with a gap smaller than their sag, which tests in 3D would divide into very small pieces.
 namespace camber {
 
-/// Projection of a facet: edges and Bézier points.
 struct PlanarProjection {
-    std::array<Net<2>, 3> edges{};  ///< in the order of `local_edges`, with ids of ends
+    std::array<Net<2>, 3> edges{};  ///< in the order of `local_edges`, with the ids of their ends
     std::array<Vec<2>, 6> control{};
 };
 
@@ -141,8 +138,8 @@ struct PlanarProjection {
     return shadow;
 }
 
-/// Sign of the projection's Jacobian, if equal for all Bézier coefficients, else 0. If not 0, the covered region is
-/// bounded by projected edges.
+/// Sign of the projection's Jacobian if all its Bézier coefficients have the same sign, else 0. If it is not 0, the
+/// projected edges bound the covered region.
 [[nodiscard]] inline int orientation_of(const Net<3>& net, int axis) {
     const auto slope = [&](int i, int to) {
         const Vec<3> d = net.at(i, to) - net.at(i, 0);
@@ -159,18 +156,17 @@ struct PlanarProjection {
 }
 [[nodiscard]] inline bool preserves_orientation(const Net<3>& net, int axis) { return orientation_of(net, axis) != 0; }
 
-/// Outside the box, rounding included.
 [[nodiscard]] inline bool is_beside(const Box<2>& box, const Vec<2>& p) {
     for (int c = 0; c < 2; ++c)
         if (p[c] < box.low[c] - 8 * coordinate_error || p[c] > box.high[c] + 8 * coordinate_error) return true;
     return false;
 }
 
-/// Winding number of the projected boundary around p: corner triangle plus regions between edges and chords. None if p
-/// is too close.
+/// Winding number of the projected boundary around p: the sum over the triangle of corners and the regions between
+/// edges and their chords. None if p is too close to the boundary.
 [[nodiscard]] inline std::optional<int> winding_number(const PlanarProjection& shadow, const Vec<2>& p) {
     const auto sign = [](double area) { return area > 2 * area_error ? 1 : area < -2 * area_error ? -1 : 0; };
-    // Winding number of a triangle from the areas of p with its sides; 2: uncertain.
+    // Winding number of a triangle around p, from the signed areas of p with its sides. 2: uncertain.
     const auto within = [&](double a, double b, double c) {
         const std::array<int, 3> s{sign(a), sign(b), sign(c)};
         const bool left = std::count(s.begin(), s.end(), 1) > 0, right = std::count(s.begin(), s.end(), -1) > 0;
@@ -196,7 +192,7 @@ struct PlanarProjection {
     return 0.5 * midpoint(edge.control[0], edge.control[1]) + 0.5 * edge.control[2];
 }
 
-/// Projection axis that maximises the smaller normal component.
+/// Projection axis that maximises the smaller of the two normals' components.
 [[nodiscard]] inline int best_axis(const Net<3>& first, const Net<3>& second) {
     const auto normal = [](const Net<3>& net) {
         return normalised(cross(net.control[1] - net.control[0], net.control[2] - net.control[0]));
@@ -209,7 +205,7 @@ struct PlanarProjection {
     return best;
 }
 
-/// True if the projection is injective: constant orientation, and edges do not cross.
+/// True if the projection is injective: its orientation is constant, and its edges do not cross.
 [[nodiscard]] inline bool is_simple_in_plane(Net<3> net) {
     const int axis = best_axis(net, net);
     if (!preserves_orientation(net, axis)) return false;
@@ -227,8 +223,8 @@ class PlanarTest {
         projections_ = {projection_of(first, axis_), projection_of(second, axis_)};
     }
 
-    /// Disjoint if the projections are; touching for coplanar facets with certain unshared points in common. Otherwise
-    /// none.
+    /// Disjoint if the projections are disjoint; touching if the facets are coplanar and certainly have unshared points
+    /// in common. Otherwise none.
     template <class InOnePlane>
     [[nodiscard]] std::optional<Crossing> verdict(InOnePlane&& in_one_plane) {
         const Crossing of_edges = compare_edges();
@@ -267,7 +263,8 @@ class PlanarTest {
         return worst;
     }
 
-    /// If edges meet the other's edges only at shared points, their midpoints decide.
+    /// True if the midpoints of this facet's edges are outside the other facet. They decide for whole edges, because
+    /// edges meet only at shared points.
     [[nodiscard]] bool is_outside(int side) const {
         for (int e = 0; e < 3; ++e)
             if (!is_shared(side, e) &&
@@ -292,10 +289,10 @@ class PlanarTest {
 
 }  // namespace camber
 
-/// Exact tests of straight facets. Their intersection is an interval or region with rational ends.
+/// Exact tests of straight facets. Their intersection is an interval or region with rational corners.
 namespace camber {
 
-/// True if the mid nodes equal the rounded chord midpoints.
+/// True if the mid nodes equal the rounded midpoints of the chords.
 template <int D>
 [[nodiscard]] inline bool is_straight(const NodalFacet<D>& facet) {
     for (int e = 0; e < edges_per_simplex<D - 1>; ++e) {
@@ -305,43 +302,46 @@ template <int D>
     return true;
 }
 
-/// Exact verdict on the straight facets of the vertices. None for zero area (length) or vertices that are not finite.
+/// Exact verdict on the straight facets with the same vertices. None for zero area (2D: length), or vertices that are
+/// not finite.
 [[nodiscard]] std::optional<Crossing> crossing_of_straight(const NodalFacet<2>& first, const NodalFacet<2>& second);
 [[nodiscard]] std::optional<Crossing> crossing_of_straight(const NodalFacet<3>& first, const NodalFacet<3>& second);
 
-/// Contact of facets, each with its body opposite to its normal. In 2D, the normal points to the right.
+/// Contact of two touching facets. The body of each facet lies opposite to its normal. In 2D, the normal points to the
+/// right.
 enum class Contact : std::uint8_t {
-    rims,      ///< on a rim, or outside the other's body
-    opposite,  ///< common area (length), bodies on opposite sides
-    inside     ///< on or entering the inner side of the other's interior: overlapping bodies
+    rims,      ///< at the boundary of a facet, or outside the other's body
+    opposite,  ///< common area (2D: length), with bodies on opposite sides
+    inside     ///< overlapping bodies: a facet lies on the other's interior with its body on the same side, or enters
+               ///< the other's body
 };
 
-/// Exact contact of straight facets that `crossing_of_straight` finds touching. None for zero area (length) or vertices
-/// that are not finite.
+/// Exact contact of straight facets that are touching (`crossing_of_straight`). None for zero area (2D: length), or
+/// vertices that are not finite.
 [[nodiscard]] std::optional<Contact> contact_of_straight(const NodalFacet<2>& first, const NodalFacet<2>& second);
 [[nodiscard]] std::optional<Contact> contact_of_straight(const NodalFacet<3>& first, const NodalFacet<3>& second);
 
-/// True if all nodes are exactly coplanar.
 [[nodiscard]] bool are_in_one_plane(const NodalFacet<3>& first, const NodalFacet<3>& second);
 
 }  // namespace camber
 
-/// Certified signed intersections with an axis-parallel ray: winding number of a closed boundary around its start.
+/// Certified, signed intersections of facets with a ray along an axis. Their sum is the winding number of a closed
+/// boundary around the ray's start.
 namespace camber {
 
 template <int D>
 struct Ray {
     Vec<D> start;
     int axis = 0;
-    int sign = 1;  ///< 1 or −1: direction along the axis
+    int sign = 1;  ///< direction along the axis: 1 or −1
 };
 
-/// Ray intersections beyond a range (model units).
+/// Intersections of a ray with facets, beyond a range of distances (model units).
 struct RayHits {
-    int count = 0;   ///< hits from the inner minus hits from the outer side
-    int pieces = 0;  ///< pieces hit
-    double nearest = std::numeric_limits<double>::infinity(), farthest = 0;  ///< bounds of their distances
-    double before = 0;  ///< upper bound of distances below the range
+    int count = 0;  ///< number of hits from the inner side minus hits from the outer side
+    int pieces = 0;
+    double nearest = std::numeric_limits<double>::infinity(), farthest = 0;  ///< bounds of the distances of hits
+    double before = 0;  ///< upper bound of the distances of hits that are below the range
     bool certain = true;
 
     friend RayHits operator+(const RayHits& a, const RayHits& b) {
@@ -354,8 +354,8 @@ struct RayHits {
     }
 };
 
-/// Signed number of times that the projected piece covers the origin; positive for a positive normal component along
-/// the axis. None if the origin is too close to its rim.
+/// Signed number of times that the projected piece covers the origin; positive if its normal has a positive component
+/// along the axis. None if the origin is too close to the projected boundary.
 [[nodiscard]] inline std::optional<int> covers_origin(const Net<2>& net, int axis) {
     const int other = 1 - axis;
     std::array<int, 2> side{};
@@ -370,7 +370,7 @@ struct RayHits {
     return winding_number(projection_of(net, axis), Vec<2>{});
 }
 
-/// Outward normal, times the length or twice the area.
+/// Outward normal. Its length is the facet's length (2D) or twice its area (3D).
 [[nodiscard]] inline Vec<2> straight_normal(const Net<2>& net) {
     const Vec<2> along = net.control[1] - net.control[0];
     return {{along[1], -along[0]}};
@@ -379,7 +379,7 @@ struct RayHits {
     return cross(net.control[1] - net.control[0], net.control[2] - net.control[0]);
 }
 
-/// Distances from a ray's start (model units).
+/// Range of distances from a ray's start (model units).
 struct RayRange {
     double low = 0, high = 0;
 };
@@ -389,8 +389,8 @@ class RayCaster {
   public:
     explicit RayCaster(const Ray<D>& ray) : ray_(ray) {}
 
-    /// Curved facets are divided until each piece misses the ray, is below the range, or is beyond it and smaller than
-    /// `resolution`.
+    /// Hits of the ray on a facet. Curved facets are divided until each piece misses the ray, is below the range, or is
+    /// beyond it and smaller than `resolution`.
     [[nodiscard]] RayHits hits(const NodalFacet<D>& facet, const RayRange& range = {},
                                double resolution = std::numeric_limits<double>::infinity()) const {
         const auto unit = unit_for(facet, facet, ray_.start);
@@ -419,10 +419,10 @@ class RayCaster {
     static constexpr double blur = 8 * coordinate_error;
     static constexpr std::size_t max_pieces = 600;
 
-    /// Hits of a piece, unless it must be divided.
+    /// Hits of a piece; without a result if it must be divided.
     struct Piece {
         RayHits hits = {};
-        double extent = 0;  ///< along the ray (model units)
+        double extent = 0;
         bool is_divided = false;
     };
 
@@ -432,7 +432,6 @@ class RayCaster {
         return hits;
     }
 
-    /// `covered`: signed number of hits.
     [[nodiscard]] RayHits hits_at(int covered, double low, double high) const {
         RayHits hits;
         hits.count = ray_.sign * covered;
@@ -462,7 +461,8 @@ class RayCaster {
         return {hits_at(*covered, low, high), high - low};
     }
 
-    /// The facet's plane meets the ray at distance (n · a)/(n · d).
+    /// The ray (direction d) meets the plane (normal n) at distance (n · a)/(n · d), where a goes from its start to the
+    /// plane.
     [[nodiscard]] RayHits hits_straight(const Net<D>& net, double unit, const RayRange& range) const {
         const Piece whole = look_at(net, unit, range);
         if (!whole.is_divided && whole.hits.pieces == 0) return whole.hits;
@@ -470,7 +470,7 @@ class RayCaster {
         if (!covered) return uncertain();
         if (*covered == 0) return {};
         const Vec<D> n = straight_normal(net);
-        // Bound of the error of products and sums of coordinates, which are below 1.
+        // Bound of the error of products and sums of coordinates, which are all below 1.
         constexpr double error = 4 * coordinate_error;
         const double slope = std::abs(n[ray_.axis]) - error;
         if (!(slope > 0)) return whole.is_divided ? uncertain() : whole.hits;

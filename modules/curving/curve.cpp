@@ -167,9 +167,9 @@ class Curving {
     }
 
     Outcome<CurveStatistics> curve_accurately(const Execution& execution) {
-        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // share of the progress for
+        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // fraction of the progress for
                                                                                        // placing nodes; measuring all
-                                                                                       // lengths is expensive
+                                                                                       // lengths takes longer
         const auto placed = place_accurately(part_of(execution, 0, of_nodes));
         if (!placed) return placed;
         const auto measured = measure_placed(part_of(execution, of_nodes, 1));
@@ -177,7 +177,8 @@ class Curving {
         return *placed + *measured;
     }
 
-    /// Offsets for accuracy after all limits; numbers reduced by `limit_smooth_loss` and `limit_by_jacobian`.
+    /// Offsets for the aim accuracy after all limits, and the numbers of offsets that `limit_smooth_loss` and
+    /// `limit_by_jacobian` reduced.
     struct LimitedOffsets {
         Buffer<Vec<D>> offsets;
         std::size_t loss_limited = 0, relaxed = 0;
@@ -198,7 +199,6 @@ class Curving {
         return LimitedOffsets{std::move(*offsets), loss_limited, *limited};
     }
 
-    /// Does not store the offsets, which would need as much memory as the nodes.
     Outcome<CurveStatistics> place_accurately(const Execution& execution) {
         const auto limited_offsets = offsets_by_element(execution);
         if (!limited_offsets) return fail(limited_offsets.error());
@@ -323,7 +323,7 @@ Outcome<EdgeLengths> in_columns(std::size_t edges, const Execution& execution, c
     });
 }
 
-/// Length of the chord if it is an edge of a straight back mesh, where the field is linear.
+/// Returns the length of a chord that is an edge of a straight back mesh; the field is linear along it.
 template <int D>
 std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& proposal,
                                               const BackMesh<D>& back, const Quadrature& rule) {
@@ -337,7 +337,6 @@ std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId ed
                              QuadraticEdge<D>{from.point, {midpoint(from.point, to.point)}, to.point}, rule);
 }
 
-/// `chord` is the chord's length if known.
 template <int D>
 Lengths lengths_of(const EdgeSet<D>& edges, const EdgeOfElement& source, const Proposal<D>& proposal,
                    const BackMesh<D>& back, const Quadrature& rule, std::optional<double> chord) {
@@ -389,7 +388,7 @@ Outcome<EdgeLengths> updated_lengths(const EdgesOfElements<D>& source, const Cur
 
 namespace {
 
-/// Smaller displacements, in the metric, are ignored: they turn axes by less than the axes' uncertainty.
+/// Displacements below this length in the metric are ignored.
 constexpr double negligible = 0.01;
 /// Elements below this scaled Jacobian count as folded.
 constexpr double min_back_jacobian = 0.1;
@@ -409,7 +408,7 @@ Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
     return guarded([&]() -> Outcome<Buffer<LagrangeNode<D>>> {
         Buffer<LagrangeNode<D>> nodes(mesh.edges.size());
         auto done = each_chunk(execution, nodes.size(), [&](std::size_t begin, std::size_t end) {
-            // Displacements of the moved edges, each measured in the metrics of both ends.
+            // Displacements of the moved nodes. Each is measured in the metrics of both ends.
             std::vector<std::size_t> moved;
             std::vector<LogMetric<D>> metrics;
             std::vector<Vec<D>> displacements;

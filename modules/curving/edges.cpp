@@ -112,17 +112,18 @@ void measure(const QuadraticMesh<D>& mesh, const EdgeOfElement& source, const Ba
 
 namespace {
 
-/// In a constant metric an offset o of the node adds (16/3) oᵀ M o to the energy ∫ l'ᵀ M l' dt, l' = (P_02 − P_20) +
-/// 4(1−2t) o. At constant speed energy is squared length, so the length changes relatively by half as much.
+/// In a constant metric M, the offset o of the node from the chord's middle adds (16/3) oᵀ M o to the energy ∫ l'ᵀ M l'
+/// dt of the edge l(t). At constant speed, energy is squared length, so the relative change of the length is half as
+/// large.
 constexpr double stretch = 16.0 / 3;
-/// Weight of slides along the edge, which cost no length: with it a slide by a tenth of the chord costs 0.13 % of the
-/// length.
+/// Weight of motions along the edge, which do not change its length. With it a motion by a tenth of the chord costs
+/// 0.13 % of the length.
 constexpr double min_weight = 0.05;
 constexpr double max_weight = 16;
-/// Models are fitted at offsets for which the energy predicts this relative loss of length.
+/// Models are fitted to lengths at offsets for which the energy predicts this relative increase of the length.
 constexpr double fitted_loss = 1e-3;
 
-/// Basis orthonormal in the inner product H, first vector along `tangent`.
+/// Returns a basis that is orthonormal in the inner product H, with its first vector along `tangent`.
 template <int D>
 std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     std::array<Vec<D>, D> basis{tangent};
@@ -142,7 +143,7 @@ std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     return basis;
 }
 
-/// Σ_k w_k (H b_k)(H b_k)ᵀ, which is H for weights 1.
+/// Returns Σ_k w_k (H b_k)(H b_k)ᵀ for the basis vectors b_k and `weights` w_k. This is H if all weights are 1.
 template <int D>
 Sym<D> weighted(const Sym<D>& h, const std::array<Vec<D>, D>& basis, const Vec<D>& weights) {
     Sym<D> out;
@@ -162,7 +163,7 @@ Sym<D> with_cheap_slides(const Sym<D>& h, const Vec<D>& tangent) {
     return weighted<D>(h, basis_along(h, tangent), weights);
 }
 
-/// Weights each basis direction by `loss(offset)`, the relative loss of length at an offset along it.
+/// Weights each basis direction by the relative increase of the length, `loss(offset)`, at an offset along it.
 template <int D, class Loss>
 Sym<D> fitted(const Sym<D>& h, const Vec<D>& tangent, Loss&& loss) {
     const auto basis = basis_along(h, tangent);
@@ -185,7 +186,7 @@ Sym<D> scaled(const SpectralMetric<D>& metric, double weight) {
     return out;
 }
 
-/// Stiff in all directions, slides too, and independent of the metric's scale.
+/// Returns a model that is stiff in all directions, also along the edge, and independent of the metric's scale.
 template <int D>
 QuadraticModel<D> accuracy_model(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
     const SpectralMetric<D> metric(log_metric);

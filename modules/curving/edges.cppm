@@ -19,15 +19,16 @@ import camber.surface;
 export namespace camber {
 
 enum class CurvingAim : std::uint8_t {
-    accuracy,  ///< best interpolation of functions that fit the metric: `accurate_offsets`, closed form
-    energy,    ///< minimum of ∫ l'ᵀ M l' dt
-    length,    ///< minimum Riemannian length (paper §2.2)
+    accuracy,  ///< minimum interpolation error of functions for which the metric is optimal; closed form
+               ///< (`accurate_offsets`)
+    energy,    ///< minimum energy ∫ l'ᵀ M l' dt of the edge l(t) in the metric M
+    length,    ///< minimum Riemannian length (paper, §2.2)
 };
 
 /// Edges whose lengths are reported; measuring costs more than curving.
 enum class MeasuredEdges : std::uint8_t {
     none,
-    some,  ///< about 131 072 edges of a larger mesh, by a hash
+    some,  ///< all edges or, in a larger mesh, about 131 072, chosen by a hash
     all,
 };
 
@@ -40,7 +41,7 @@ enum class MeasuredEdges : std::uint8_t {
     return hash * edges < (std::uint64_t{enough} << 32);
 }
 
-/// `aim` also sets the objective of the minimiser.
+/// Options of `curve`; `aim` also sets the objective of the minimiser.
 struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
   private:
     using EdgeMinimiserOptions::objective;  // set by `aim`
@@ -71,13 +72,13 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
     friend bool operator==(const CurveOptions&, const CurveOptions&) = default;
 };
 
-/// Minimiser's options for the aims `energy` and `length`.
+/// Returns the minimiser's options for the aims `energy` and `length`.
 [[nodiscard]] EdgeMinimiserOptions search_options(const CurveOptions& options);
 
 struct SearchFlags {
     std::uint8_t volume = 0, curved = 0, polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
-    std::uint8_t by_walls = 0, by_metric = 0;  ///< aim accuracy: 1 if walls, or the metric, moved the node by more than
-                                               ///< 1/1000 of the chord
+    std::uint8_t by_walls = 0, by_metric = 0;  ///< aim accuracy: 1 if boundaries (`by_walls`) or the metric moved the
+                                               ///< node by more than 1/1000 of the chord
 };
 
 template <int D>
@@ -85,7 +86,7 @@ struct EdgeTarget {
     LagrangeNode<D> node;
     EdgeChange change = EdgeChange::straight;
     SearchFlags flags;
-    /// Lengths by `report_points` of the chord and of the edge with `node`; 0 on boundary and unmeasured edges.
+    /// Lengths of the chord and of the edge with `node`, by `report_points`; 0 on boundary and unmeasured edges.
     double straight_length = 0, length = 0;
 };
 
@@ -100,7 +101,7 @@ struct MeshEdges {
     const Incidence<ElementId>& shells;
 };
 
-/// Edges to search, each with elements; `base` has the starting nodes of all edges.
+/// Edges whose nodes are searched; each has an element. `base` has the starting nodes of all edges of the mesh.
 template <int D>
 struct SearchedEdges {
     const MeshEdges<D>& all;
@@ -108,12 +109,12 @@ struct SearchedEdges {
     const Column<LagrangeNode<D>>& base;
 };
 
-/// Edges searched together: so many that few packs are not full.
+/// Number of edges searched together, so large that most packs are full.
 inline constexpr std::size_t searched_together = 1024;
 
-/// Computes `targets[i]` of `edges[i]` for the aims `energy` and `length`, without lengths. The field's mesh is
-/// straight or has the nodes of `base`. Searches start from chord middles and from `base`, and never return a longer
-/// edge. Targets are independent of other edges.
+/// Computes `targets[i]`, without lengths, of the i-th searched edge for the aims `energy` and `length`. The mesh of
+/// `back` is straight or has the nodes of `base`. Searches start from the chord's middle and from `base`, and never
+/// return a longer edge. Each target is independent of other edges.
 template <int D>
 EdgeSearchWork searched_targets(const SearchedEdges<D>& searched, const BackMesh<D>& back, const EdgeRules& rules,
                                 const CurveOptions& options, std::span<EdgeTarget<D>> targets);
@@ -123,8 +124,8 @@ struct EdgeOfElement {
     ElementId element_at;
 };
 
-/// Offsets F D for accuracy, from the back mesh's nodes. D is the offset of the straight edge in the reference mesh, F
-/// = ∂x/∂X the Jacobian of the curved back mesh. The field is sampled for all edges at once.
+/// Computes offsets F d from the back mesh's nodes for the aim accuracy. d is the offset of the straight edge in the
+/// reference mesh, and F = ∂x/∂X is the Jacobian of the curved back mesh. The field is sampled for all edges at once.
 template <int D>
 void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const BackEdge> edges, const BackMesh<D>& back,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);
@@ -135,28 +136,30 @@ template <int D>
 void measure(const QuadraticMesh<D>& mesh, const EdgeOfElement& source, const BackMesh<D>& back,
              const Quadrature& report, EdgeTarget<D>& target);
 
-/// An edge's model approximates its interpolation error, or the length lost at a small offset. Unlike the energy's
-/// curvature, this loss includes kinks of the field.
+/// Quantity that an edge's model approximates: the interpolation error, or the increase of the length at a small
+/// offset. Unlike the second derivative of the energy, this increase includes kinks of the field.
 enum class ModelFit : std::uint8_t { accuracy, length };
 
-/// Quadratic cost of a node off its target, in a field on the straight mesh. `length`: lost length relative to the
-/// edge's length; slides along the edge are cheap. `accuracy`: squared metric length of the offset relative to that of
-/// the chord, equal in all directions (docs/algorithms/edge-accuracy.md). `shell` lists the elements around the edge.
+/// Returns the quadratic cost of a node's offset from its target, in a field on the straight mesh
+/// (docs/algorithms/edge-accuracy.md). `shell` lists the elements around the edge. The cost depends on `fit`:
+/// - `length`: increase of the length, relative to the length; motions along the edge are cheap.
+/// - `accuracy`: squared metric length of the offset, relative to that of the chord; equal in all directions.
 template <int D>
 [[nodiscard]] QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& target,
                                            std::span<const ElementId> shell, const BackMesh<D>& back, ModelFit fit);
 
-/// Cost of an edge's node off its target; no side effects, called by several threads.
+/// Function that returns the cost model of an edge. It has no side effects, since several threads call it.
 template <int D>
 using EdgeModels = std::function<QuadraticModel<D>(EdgeId)>;
 
-/// Models of edges with nodes for `aim`; for energy and length they are fitted to lengths.
+/// Returns the models of edges with target nodes for `aim`. For the aims energy and length, the models are fitted to
+/// lengths.
 template <int D>
 [[nodiscard]] EdgeModels<D> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh,
                                         const Column<LagrangeNode<D>>& target, const Incidence<ElementId>& shells,
                                         const BackMesh<D>& back);
 
-/// Model without a field: uses the mean natural metric of the elements.
+/// Returns a model without a field, from the mean natural metric of the elements.
 template <int D>
 [[nodiscard]] QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge,
                                                    const LagrangeNode<D>& target, std::span<const ElementId> shell);
@@ -167,7 +170,8 @@ template <int D>
 
 }  // namespace camber
 
-/// Boundary nodes moved on the geometry: shortest edges, or edges nearest to it. docs/algorithms/surface.md.
+/// Motion of boundary nodes on the geometry, to the shortest edges or to the edges closest to the geometry
+/// (docs/algorithms/surface.md).
 export namespace camber {
 
 enum class BoundaryNodeAim : std::uint8_t {
@@ -182,8 +186,8 @@ enum class BoundaryNodeAim : std::uint8_t {
 
 struct PlacementOptions {
     BoundaryNodeAim boundary_nodes = BoundaryNodeAim::projection;
-    /// Aim `length`: maximum distance of the edge from the geometry, divided by the sagitta. Twice the distance of the
-    /// edge with the projected middle is always allowed.
+    /// For the aim `length`: maximum distance of the edge from the geometry, divided by the sagitta. The edge may
+    /// always have twice the distance of the edge with the projected middle.
     double distance_share = 0.02;
 
     [[nodiscard]] static constexpr auto options() {
@@ -206,30 +210,31 @@ struct PlacementOptions {
 
 enum class PlacementStatus : std::uint8_t {
     fixed,     ///< not moved: a volume node, a required node, or an edge on a line
-    placed,    ///< moved, and the edge is better
-    best,      ///< no better position found, checked by the finer rule
-    off,       ///< rejected: the node is off the geometry, or no step remains on it
-    far,       ///< rejected: shorter edges are too far from the geometry
-    elements,  ///< rejected: the elements allow no motion
+    placed,    ///< moved to a better position
+    best,      ///< not moved: the finer rule found no better position
+    off,       ///< not moved: the node is off the geometry, or all steps are
+    far,       ///< not moved: better edges are too far from the geometry
+    elements,  ///< not moved: the elements allow no motion
 };
 
-/// `before` and `after` measure the aim: length by `report_points`, or root mean square distance.
+/// Result for one node. `before` and `after` are values of the aim: length by `report_points`, or root mean square
+/// distance.
 template <int D>
 struct PlacedNode {
     LagrangeNode<D> node;
     PlacementStatus status = PlacementStatus::fixed;
-    bool has_left_facets = false;  ///< node is on a surrogate facet that does not contain the edge
-    bool is_limited = false;       ///< moved only a part of the way
+    bool has_left_facets = false;  ///< the node is on a facet of the surrogate surface that does not contain the edge
+    bool is_limited = false;       ///< the node moved only a part of the way
     double before = 0, after = 0;
 };
 
 struct PlacementStatistics {
-    std::size_t edges = 0;  ///< edges that could move
+    std::size_t edges = 0;  ///< edges with nodes that could move
     std::size_t placed = 0, best = 0;
     std::size_t off = 0, far = 0, elements = 0;
-    std::size_t walked = 0, limited = 0;               ///< numbers among `placed`
-    double mean_reduction = 0, largest_reduction = 0;  ///< relative reduction of the sum over all `edges`, and the
-                                                       ///< largest one of an edge
+    std::size_t walked = 0, limited = 0;  ///< placed nodes that left their facets (`walked`) or moved a part of the way
+    double mean_reduction = 0, largest_reduction = 0;  ///< relative reduction of the aim: of its sum over `edges`, and
+                                                       ///< the largest one of an edge
 };
 template <int D>
 [[nodiscard]] PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes);
@@ -238,7 +243,7 @@ template <int D>
 struct EdgeToPlace {
     const EdgeSite<D>& site;
     LagrangeNode<D> present;       ///< current node, on the geometry
-    std::span<const Vec<D>> thin;  ///< opposite corners on ridges, which the node must not pass
+    std::span<const Vec<D>> thin;  ///< corners on ridges, opposite the edge, which the node must not pass
     ElementId element_at;          ///< an element that contains the edge
 };
 
@@ -258,9 +263,9 @@ struct GeometricBoundary {
     const Geometry<D>& geometry;
 };
 
-/// Places nodes of boundary edges whose kind equals that of the features. `nodes` are the current ones, one row per
-/// edge. Elements limit the motion (see `limit_by_jacobian`). Errors: rows that do not fit the mesh (internal);
-/// stopped.
+/// Places the nodes of boundary edges that have the same kind in `edges` and in the features. `nodes` are the current
+/// nodes, one row per edge. Elements limit the motion (see `limit_by_jacobian`). Errors: rows that do not fit the mesh
+/// (internal); stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<PlacedNode<D>>> placed_nodes(const MeshEdges<D>& edges,
                                                           const Column<LagrangeNode<D>>& nodes,
@@ -273,13 +278,13 @@ struct CurveStatistics {
     std::size_t curved_edges = 0;  ///< volume edges with a node off the chord middle
     std::size_t polished = 0;      ///< searches stopped by a kink and completed by pattern search
     std::size_t exhausted = 0;     ///< searches that ran out of iterations
-    std::size_t shortened = 0;     ///< nodes moved towards chords that were shorter by the finer rule
+    std::size_t shortened = 0;     ///< nodes moved towards the chord, which was shorter by the finer rule
     std::size_t outside = 0;       ///< edges with sample points beyond the back mesh
     std::size_t lost = 0;          ///< edges with sample points not found in the back mesh
-    std::size_t relaxed = 0;       ///< accuracy: nodes limited by elements
-    std::size_t by_walls = 0;      ///< accuracy: nodes moved by boundaries (1/1000 of the chord)
-    std::size_t by_metric = 0;     ///< accuracy: nodes moved by the metric (1/1000 of the chord)
-    std::size_t loss_limited = 0;  ///< nodes moved by less than half, see `limit_smooth_loss`
+    std::size_t relaxed = 0;       ///< aim accuracy: nodes limited by elements
+    std::size_t by_walls = 0;      ///< aim accuracy: nodes moved by boundaries (1/1000 of the chord)
+    std::size_t by_metric = 0;     ///< aim accuracy: nodes moved by the metric (1/1000 of the chord)
+    std::size_t loss_limited = 0;  ///< nodes moved by less than half of the way, see `limit_smooth_loss`
 
     CurveStatistics& operator+=(const CurveStatistics& other);
 };
@@ -287,8 +292,8 @@ struct CurveStatistics {
 template <int D>
 struct Curved {
     Proposal<D> proposal;
-    Column<double> straight_lengths;  ///< chord lengths by `report_points`; 0 on boundary and unmeasured edges
-    Column<double> lengths;           ///< lengths of the proposal's edges; 0 as in `straight_lengths`
+    Column<double> straight_lengths;  ///< lengths of chords by `report_points`; 0 on boundary and unmeasured edges
+    Column<double> lengths;           ///< lengths of the edges in `proposal`; 0 as in `straight_lengths`
     CurveStatistics statistics;
 };
 
@@ -296,23 +301,25 @@ template <int D>
 [[nodiscard]] Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets,
                                    const Column<EdgeKind>& kinds);
 
-/// Curves a whole mesh. Volume edges get nodes by the aim in the field `back`, whose mesh is that of `edges`, straight
-/// or with the nodes of `base`. `base` has one row per edge. Boundary edges take their nodes from it. For volume edges
-/// it has the back mesh's nodes (if straight: chord middles), from which searches start and offsets for accuracy are
-/// measured. The cost is linear. Errors: columns that do not fit the mesh; options out of range (usage); stopped.
+/// Curves a whole mesh. The nodes of volume edges are optimal for the aim in the field `back`. The field is defined on
+/// the same mesh, straight or with the nodes of `base`. `base` has one row per edge:
+/// - boundary edges: their final nodes;
+/// - volume edges: nodes of the back mesh (if straight: chord middles), from which searches start and offsets for
+///   accuracy are measured.
+/// The cost is linear. Errors: columns that do not fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const MeshEdges<D>& edges, const Column<LagrangeNode<D>>& base,
                                        const BackMesh<D>& back, const CurveOptions& options,
                                        const Execution& execution);
 
-/// Offsets from the back mesh's nodes for edges of one kind; 0 for other edges and edges without elements. Errors:
-/// stopped.
+/// Returns the offsets for the aim accuracy from the back mesh's nodes, for edges of one kind; 0 for other edges and
+/// edges without elements. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<Vec<D>>> accurate_offsets(const MeshEdges<D>& edges, EdgeKind kind,
                                                        const BackMesh<D>& back, const EdgeAccuracyOptions& options,
                                                        const Execution& execution);
 
-/// Curves without a field: volume edges remain straight.
+/// Curves boundary edges without a field; volume edges remain straight.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                 const Column<LagrangeNode<D>>& boundary_nodes,
@@ -330,13 +337,13 @@ struct EdgesOfElements {
     const Incidence<ElementId>& shells;
 };
 
-/// Measures a proposal in any field. Errors: stopped.
+/// Measures the edges of a proposal in any field. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<EdgeLengths> edge_lengths(const EdgesOfElements<D>& source, const Proposal<D>& proposal,
                                                 const BackMesh<D>& back, MeasuredEdges measured,
                                                 const Execution& execution);
 
-/// Measures a later proposal and its chords; computes only changed edges. Errors: stopped.
+/// Updates the lengths in `curved` for the later proposal `after`; measures only changed edges. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<EdgeLengths> updated_lengths(const EdgesOfElements<D>& source, const Curved<D>& curved,
                                                    const Proposal<D>& after, const BackMesh<D>& back,
@@ -344,20 +351,20 @@ template <int D>
 
 }  // namespace camber
 
-/// Minimisation on a smooth surface (sheet): BFGS in one or two tangential coordinates with projected steps. The
-/// tangents move with the node, so the projection's derivative is that of the tangent plane.
+/// Minimisation over positions of a node on a smooth surface (sheet): BFGS in one or two tangential coordinates. Each
+/// step is projected onto the surface, and the node gets new tangents there.
 namespace camber {
 
 /// Limits of a node's motion from its start.
 template <int D>
 struct NodeReach {
-    static constexpr double most = 0.3;          ///< relative to the chord
+    static constexpr double most = 0.3;          ///< largest motion, relative to the chord
     static constexpr double to_the_ridge = 0.4;  ///< largest motion towards a corner on a ridge, relative to its
                                                  ///< distance
 
     Vec<D> origin, middle, chord;
     double max_shift = 0;          ///< largest motion along the chord, relative to the chord
-    std::span<const Vec<D>> thin;  ///< corners on ridges
+    std::span<const Vec<D>> thin;  ///< corners on ridges, see `EdgeToPlace`
 
     [[nodiscard]] bool has(const Vec<D>& p) const {
         const double squared = norm_squared(chord);
@@ -385,7 +392,7 @@ class SheetSearch {
   public:
     SheetSearch(const EdgeSheet<D>& sheet, const NodeReach<D>& reach) : sheet_(sheet), reach_(reach) {}
 
-    /// Moves `from` by the tangential step y; no value if out of reach.
+    /// Moves `from` by the step y in tangential coordinates; no value if the result is out of reach.
     [[nodiscard]] std::optional<SheetPosition<D>> at(const SheetPosition<D>& from, const Vec<2>& y) const {
         Vec<D> step;
         for (int i = 0; i < sheet_.unknowns(); ++i) step += y[i] * from.tangents[static_cast<std::size_t>(i)];
@@ -410,7 +417,7 @@ class SheetSearch {
         return out;
     }
 
-    /// `stopped`: no step lowers the objective (a kink), or no steps remain.
+    /// `stopped`: no step lowers the objective (at a kink), or the maximum number of steps is reached.
     enum class End : std::uint8_t { converged, stopped };
 
     template <class Objective>
@@ -455,7 +462,7 @@ class SheetSearch {
     /// Halves the step `s` until it lowers the objective enough.
     template <class Objective>
     std::optional<SheetIterate<D>> along(const Objective& objective, const SheetIterate<D>& from, Vec<2>& s) const {
-        constexpr double longest = 0.15;  // relative to the chord
+        constexpr double longest = 0.15;  // longest step, relative to the chord
         constexpr double armijo = 1e-4;
         const double limit = longest * norm(reach_.chord), length = norm(s);
         if (length > limit) s *= limit / length;
@@ -468,7 +475,7 @@ class SheetSearch {
         return std::nullopt;
     }
 
-    /// A multiple of the trace is added, since h may not determine all directions.
+    /// Adds a multiple of the trace to the diagonal before inverting, since h may be singular.
     [[nodiscard]] Sym<2> inverse_of(const Sym<2>& h, double damping) const {
         const bool is_one = sheet_.unknowns() == 1;
         const double added = damping * (h(0, 0) + (is_one ? 0 : h(1, 1)));
@@ -483,7 +490,7 @@ class SheetSearch {
         return out;
     }
 
-    /// Columns of a square root of a symmetric matrix.
+    /// Returns the columns of a square root of a symmetric matrix.
     [[nodiscard]] static std::array<Vec<2>, 2> unit_axes(const Sym<2>& h) {
         const double a = std::sqrt(std::max(h(0, 0), 0.0));
         if (!(a > 0)) return {};

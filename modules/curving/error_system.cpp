@@ -19,7 +19,8 @@ using Lanes = std::array<double, pack_size>;
 using FloatPack = float __attribute__((ext_vector_type(8)));
 
 constexpr std::size_t packs_at_once = 16;
-/// Fraction of the mean error added to each element's error in its stiffness, since tiny errors carry no information.
+/// This fraction of the mean error is added to the error of each element for its stiffness, since tiny errors carry no
+/// information.
 constexpr double least_share = 0.01;
 
 Pack loaded(const Lanes& lanes) {
@@ -50,7 +51,6 @@ Sym<D> inverse_of(const Sym<D>& a) {
     return trace > 0 ? (1 / trace) * Sym<D>::identity() : Sym<D>{};
 }
 
-/// Columns of the Jacobian at the element's centre.
 template <int D>
 std::array<Vec<D>, D> jacobian_within(const QuadraticMesh<D>& mesh, ElementId e) {
     std::array<Vec<D>, D> columns;
@@ -161,7 +161,8 @@ void ErrorSystem<D>::begin_pack(std::size_t pack, std::span<const Vec<D>> offset
     }
 }
 
-/// Adds stiffness · error · |J⁻¹(d − home)|² for each edge's offset d, with J at the centre.
+/// For each edge, adds |J⁻¹(d − d_0)|² times the stiffness and the error. d and d_0 are the edge's rows of `offsets`
+/// and `reference_offsets`; J is the Jacobian at the element's centre.
 template <int D>
 void ErrorSystem<D>::stiffen(std::size_t pack, std::span<const Vec<D>> offsets,
                              std::span<const Vec<D>> reference_offsets, double least) {

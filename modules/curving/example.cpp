@@ -32,7 +32,7 @@ static LinearMesh<2> ring() {
     return mesh;
 }
 
-/// Exits on an error, as only a program may; libraries return it.
+/// Exits on an error. Only programs may do so; libraries return errors.
 template <class T>
 static T must(Outcome<T> outcome) {
     if (outcome) return std::move(*outcome);
@@ -43,7 +43,8 @@ static T must(Outcome<T> outcome) {
 int main() {
     const Execution all;
     const auto mesh = must(elevate(ring(), all));
-    // Edges with one element lie on a circle, and their nodes must too. (camber.surface handles any boundary.)
+    // Boundary edges, with one element, connect points of a circle; their nodes are moved to the circle.
+    // (camber.surface handles any boundary.)
     const auto shell = must(shells(mesh.edges, all));
     Buffer<EdgeKind> kinds(mesh.edges.size(), EdgeKind::volume);
     Buffer<LagrangeNode<2>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());

@@ -14,11 +14,11 @@ namespace camber {
 
 namespace {
 
-/// Coefficients of the lattice values in a linear combination.
+/// Coefficients of a linear combination of the values at lattice nodes.
 template <int D>
 using LatticeRow = std::array<double, lattice_size<D>>;
 
-/// Coefficients of the lattice values in the polynomial's value at a point.
+/// Returns the coefficients that yield the polynomial's value at a point.
 template <int D>
 LatticeRow<D> values_row(const std::array<double, D + 1>& at) {
     const LatticeBasis<D>& basis = lattice_basis<D>();
@@ -36,7 +36,7 @@ void subtract(LatticeRow<D>& row, double factor, const LatticeRow<D>& other) {
     for (std::size_t k = 0; k < row.size(); ++k) row[k] -= factor * other[k];
 }
 
-/// Coefficients of the lattice values in u − u_h at the points of a rule that is exact for its square.
+/// Coefficients that yield u − u_h at the points of a quadrature rule, which is exact for (u − u_h)².
 template <int D>
 struct ResidualRule {
     std::vector<RulePoint<D>> points = conical_rule<D>(known_degree + 1);  ///< weights sum to 1/D!
@@ -61,7 +61,7 @@ struct ResidualRule {
     }
 };
 
-/// Σ weight² ∫ (u − u_h)² over an element; `det(point)` is |det J| at a point.
+/// Returns Σ weight² ∫ (u − u_h)² of the fields over an element; `det(point)` is |det J| at a point.
 template <int D>
 double squared_within(const ResidualRule<D>& rule, const KnownSolution<D>& solution, ElementId e, const auto& det) {
     double sum = 0;
@@ -135,7 +135,8 @@ template Outcome<double> expected_error<3>(const LinearMesh<3>&, const KnownSolu
 
 namespace {
 
-/// Shape functions of edges, 4 λ_i λ_j, and of vertices, λ_i (2 λ_i − 1), at the rule's points.
+/// Values of the shape functions at the points of `simplex_rule`: 4 λ_i λ_j for edges, then λ_i (2 λ_i − 1) for
+/// vertices.
 template <int D>
 constexpr auto edge_functions = [] {
     std::array<std::array<double, edges_per_simplex<D>>, simplex_rule<D>.size()> at{};
@@ -166,7 +167,7 @@ template <int D>
     return polynomial;
 }
 
-/// Value of the polynomial at a position displaced by δ, and its gradient in space.
+/// Returns the value of the polynomial at the position displaced by `delta`, and its gradient in space.
 template <int D>
 [[gnu::always_inline]] inline PackSlope<D> value_at(const PackPolynomial<D, known_degree>& u, const PackFrame<D>& frame,
                                                     const PackVec<D>& from, const PackJacobian<D>& there,
@@ -246,7 +247,7 @@ std::size_t place_of(const std::array<int, D>& exponent) {
     return static_cast<std::size_t>(std::ranges::find(all, exponent) - all.begin());
 }
 
-/// Product p · (slope_1 x_1 + … + constant); p must be below the maximum degree.
+/// Returns p · (slope_1 x_1 + … + constant); the degree of p must be below the maximum.
 template <int D>
 Polynomial<D> times_linear(const Polynomial<D>& p, const std::array<double, D>& slope, double constant) {
     Polynomial<D> product{};
@@ -262,7 +263,7 @@ Polynomial<D> times_linear(const Polynomial<D>& p, const std::array<double, D>& 
     return product;
 }
 
-/// φ_α = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1), with ξ_0 = 1 − x_1 − ….
+/// Returns φ_α = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1) for the degree n, with ξ_i = x_i and ξ_0 = 1 − Σ x_i.
 template <int D>
 Polynomial<D> lagrange_polynomial(const MultiIndex<D>& alpha) {
     constexpr double n = known_degree;

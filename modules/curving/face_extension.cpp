@@ -18,17 +18,17 @@ namespace camber {
 
 namespace {
 
-/// Surfaces form one face if the sine of the angle between their normals is smaller.
+/// Two surfaces form one face if the sine of the angle between their normals is below this limit.
 constexpr double smooth_sine = 0.05;
 
 /// A node is on its surface if its distance, divided by the chord, is at most this.
 constexpr double on_surface = 1e-9;
 
-/// Maximum tangential part of the vector from a chord's middle to its nearest surface point, divided by the vector's
-/// length.
+/// The nearest surface point is perpendicular to a chord's middle if the tangential part of the vector between them is
+/// at most this fraction of its length.
 constexpr double largest_slope = 1e-6;
 
-/// 1 for facets that have a surface or lie in a plane patch.
+/// Returns 1 for facets that have a surface or lie in a plane patch, otherwise 0.
 template <int D>
 Outcome<Buffer<std::uint8_t>> facets_with_surface(const LinearMesh<D>& mesh, const Features<D>& features,
                                                   const Geometry<D>& geometry, const Execution& execution) {
@@ -58,7 +58,7 @@ class SmoothFaces {
         return Faces{std::move(*with_surface), std::move(*inside)};
     }
 
-    /// Point of a facet's surface nearest to p, and unit normal there.
+    /// Returns the point of a facet's surface nearest to p, and the unit normal there.
     [[nodiscard]] SurfaceFoot<3> foot(const FacetSite<3>& facet, const Vec<3>& p) const {
         if (const auto plane = geometry_->plane_at(facet)) {
             const Vec<3> n = normalised(plane->normal);
@@ -69,9 +69,9 @@ class SmoothFaces {
         const auto found = geometry_->project(geometry_->hint_at(facet, geometry_->surface_at(facet)), p);
         return {found.point, found.normal};
     }
-    /// An edge's node on the surface of one facet: the middle of the edge on a piece made from the facet, or the
-    /// surface point nearest to the chord's middle. On the boundary of a trimmed face that point is moved in its
-    /// tangent plane until it is above the middle.
+    /// Returns the node of an edge on the surface of one facet. If the surface was built from facets, this is the
+    /// middle of the edge on the facet's piece. Otherwise it is the surface point nearest to the chord's middle. On the
+    /// boundary of a trimmed face, this point is moved in its tangent plane until it is perpendicular to the middle.
     [[nodiscard]] Vec<3> node_on(FacetId f, EdgeId e) const {
         const FacetSite<3> facet = facet_site(mesh_.linear, f);
         if (geometry_->is_built_from(facet)) return middle_of_piece(facet, e);
@@ -129,8 +129,8 @@ class SmoothFaces {
         return is_ridge && is_smooth(site_of(e), shells_[e].size());
     }
 
-    /// True if a mesh ridge is not a curve of the geometry: its facets are on one surface, on surfaces with a common
-    /// tangent plane, or one has no surface.
+    /// Returns true if a ridge edge of the mesh is not on a sharp curve of the geometry. Then its facets are on one
+    /// surface or on surfaces with a common tangent plane, or one facet has no surface.
     [[nodiscard]] bool is_smooth(const EdgeSite<3>& site, std::size_t facets) const {
         if (facets != 2) return false;
         if (site.facets.size() == 1) return true;

@@ -14,19 +14,19 @@ import camber.optimisation;
 /// Nodes of a whole mesh: extension over faces, optimisation of shapes, limits.
 export namespace camber {
 
-/// Extends displacements of boundary curves over smooth faces (3D; no change in 2D), so that layers that end at a
-/// curved boundary follow it (docs/algorithms/boundary-displacement.md). `boundary_nodes` has one row per edge, on the
-/// geometry; nodes of ridges and fixed nodes stay. Facets on one surface, or on surfaces with a common tangent plane,
-/// form one face; without a surface only if their patch is plane. Nodes without displacement are bitwise unchanged.
-/// Errors: those of `extend_displacement`.
+/// Extends displacements of boundary curves over the smooth faces beside them (3D; no change in 2D), so that layers
+/// that end at these faces follow the curves (docs/algorithms/boundary-displacement.md). `boundary_nodes` has one row
+/// per edge, on the geometry. Nodes of ridges and fixed nodes do not move. Facets form one face if they are on one
+/// surface, on surfaces with a common tangent plane, or in a plane patch without a surface. Nodes without displacement
+/// are bitwise unchanged. Errors: those of `extend_displacement`.
 template <int D>
 [[nodiscard]] Outcome<Column<LagrangeNode<D>>> extend_over_faces(
     const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Column<LagrangeNode<D>>& boundary_nodes,
     const Features<D>& features, const Geometry<D>& geometry, const Execution& execution);
 
-/// Returns the kinds, with `volume` for edges on curved boundaries and sheets that have no geometry: their nodes follow
-/// `extend_boundary`, since thin layers do not fit beside straight edges. Fixed edges are unchanged. Errors: stopped,
-/// memory.
+/// Returns `kinds`, with the kind `volume` for edges on curved boundaries and sheets without geometry.
+/// `extend_boundary` can then move their nodes, since thin layers do not fit beside straight edges. Fixed edges are
+/// unchanged. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Column<EdgeKind>> kinds_with_following(const QuadraticMesh<D>& mesh,
                                                              const Column<EdgeKind>& kinds, const Features<D>& features,
@@ -37,10 +37,11 @@ struct ShapeOptions {
     /// Without cuts, elements are rated by Bézier coefficients, which are close to the Jacobian for good shapes.
     EdgeProgramOptions program{.tolerance = 1e-3, .max_cuts = 0};
     double enough = 0.95;    ///< elements that reach this scaled Jacobian are skipped
-    double min_gain = 1e-3;  ///< minimum increase by a step
-    /// Elements less than band · max(1, |worst|) above the worst are improved together.
+    double min_gain = 1e-3;  ///< minimum increase of the scaled Jacobian by a step
+    /// Let w be the smallest scaled Jacobian. Elements less than band · max(1, |w|) above w are improved together.
     double band = 0.02;
-    int rings = 2;               ///< rings of elements around the worst, improved too if the worst alone cannot be
+    int rings = 2;               ///< if the worst elements cannot be improved, this number of element rings around them
+                                 ///< is improved too
     std::size_t max_steps = 20;  ///< maximum number of steps per element of a band
     int max_bands = 100;
 };
@@ -48,17 +49,17 @@ struct ShapeOptions {
 template <int D>
 struct Shaped {
     Proposal<D> proposal;
-    int iterations = 0;          ///< iterations of the linear extension
-    std::size_t solved = 0;      ///< edges in the linear extension
+    int iterations = 0;          ///< iterations of `extend_boundary`
+    std::size_t solved = 0;      ///< edges that `extend_boundary` solved for
     std::size_t steps = 0;       ///< moves of nodes by linear programs
-    double after_extension = 0;  ///< smallest scaled Jacobian, at most `enough`
+    double after_extension = 0;  ///< smallest scaled Jacobian after `extend_boundary`, at most `enough`
     double smallest = 0;         ///< smallest scaled Jacobian at the end
 };
 
-/// Curves a mesh without a field so that scaled Jacobians are as even as possible (docs/algorithms/shape.md). Volume
-/// nodes follow the extended displacement of `boundary_nodes`. Then linear programs of single edges maximise the
-/// smallest scaled Jacobian around the edge, until all elements reach `enough` or the worst cannot be improved. Bitwise
-/// independent of the number of threads. Errors: those of `extend_boundary`.
+/// Curves a mesh without a field and makes its smallest scaled Jacobian large (docs/algorithms/shape.md). First, volume
+/// nodes follow the extended displacement of `boundary_nodes`. Then linear programs move the nodes of single edges to
+/// maximise the smallest scaled Jacobian around the edge. They end when all elements reach `enough` or the worst cannot
+/// be improved. Bitwise independent of the number of threads. Errors: those of `extend_boundary`.
 template <int D>
 [[nodiscard]] Outcome<Shaped<D>> shape(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                        const Column<LagrangeNode<D>>& boundary_nodes,
@@ -73,14 +74,14 @@ template <int D>
 struct Polished {
     Buffer<LagrangeNode<D>> nodes;
     std::size_t steps = 0;  ///< moves of nodes
-    double before = 0;      ///< smallest scaled Jacobian, at most `enough`
+    double before = 0;      ///< smallest scaled Jacobian at the start, at most `enough`
     double smallest = 0;    ///< smallest scaled Jacobian at the end
 };
 
 /// Increases the smallest scaled Jacobian by moving volume nodes, in bands of the worst elements
-/// (docs/algorithms/shape.md). In each iteration every element of the band, worst first, applies its best edge, unless
-/// an earlier element changed the elements around that edge; so threads do not matter. If the worst do not improve, the
-/// elements around are improved too. Errors: stopped, memory.
+/// (docs/algorithms/shape.md). In each iteration every element of the band, worst first, moves the node of its best
+/// edge. If an earlier element of the iteration changed elements around this edge, the element waits; so threads do not
+/// matter. If the worst elements do not improve, those around them are improved too. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Polished<D>> polish(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                           Buffer<LagrangeNode<D>> nodes, const Incidence<ElementId>& shells,
@@ -91,8 +92,8 @@ template <int D>
 export namespace camber {
 
 /// Reduces edge offsets in place until they add at most the fraction `loss` to the error of a smooth function, in L2
-/// and in H1. Each offset is multiplied by k_e = 1/(1 + (g_e/c)²), where g_e is the squared error that it adds in the
-/// model of docs/algorithms/smooth-loss.md. c is the largest number with
+/// and in H1. The offset of edge e is multiplied by k_e = 1/(1 + (g_e/c)²), where g_e is the squared error that it adds
+/// in the model of docs/algorithms/smooth-loss.md. c is the largest number with
 ///
 ///   Σ_e g_e k_e² ≤ (1 + loss)² − 1,
 ///
@@ -110,33 +111,34 @@ struct PartLosses {
     OwnVertices owned;
     std::span<Vec<D>> offsets;
 };
-/// Limits the offsets of all parts together; returns the number of own offsets more than halved.
+/// Limits the offsets of all parts together; returns the number of offsets in the local parts more than halved.
 template <int D>
 [[nodiscard]] Outcome<std::size_t> limit_smooth_loss(std::span<const PartLosses<D>> parts, double loss,
                                                      PartCommunication<D>& between, const Execution& execution);
 
 }  // namespace camber
 
-/// Fields that follow the extended displacement of the boundary. docs/algorithms/curved-back-mesh.md.
+/// Nodes for back meshes whose fields follow the extended displacement of the boundary
+/// (docs/algorithms/curved-back-mesh.md).
 export namespace camber {
 
-/// Returns the nodes `extended` (see `extend_boundary`), or chord middles where both ends' metrics measure the
-/// displacement below 0.01, to avoid searches. Errors: stopped.
+/// Returns the nodes `extended` (from `extend_boundary`). To avoid searches, chord middles replace nodes with
+/// displacements below 0.01 in the metrics of both ends. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
                                                                 std::span<const LagrangeNode<D>> extended,
                                                                 const Column<LogMetric<D>>& log_metrics,
                                                                 const Execution& execution);
 
-/// Limits nodes (one per edge) so that the Jacobian is at least a tenth of the straight one, also at the boundary. The
-/// result defines the map of `make_curved_back_mesh`, not a mesh. Errors: stopped.
+/// Limits `nodes` (one per edge) so that the Jacobian of each element is at least a tenth of the straight one, also at
+/// the boundary. The result defines the map of `make_curved_back_mesh`, not a mesh. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes(const QuadraticMesh<D>& mesh,
                                                                std::span<const LagrangeNode<D>> nodes,
                                                                const Incidence<ElementId>& shells,
                                                                const Execution& execution);
 
-/// A part of a mesh; `nodes` of edges that other parts own equal the nodes there.
+/// A part of a mesh. Edges that another part owns have the same `nodes` in both parts.
 template <int D>
 struct PartNodes {
     const QuadraticMesh<D>& mesh;
@@ -149,18 +151,18 @@ template <int D>
 [[nodiscard]] Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, PartCommunication<D>& between,
                                                const Execution& execution);
 
-/// Limits `offsets` from `base` (one row per edge) so that scaled Jacobians reach `least`
-/// (docs/algorithms/edge-accuracy.md). An element below `least` allows the largest fraction of its offsets, 3/4, 1/2,
-/// 1/4 or 0, that reaches it, or the best one; edges take the minimum of their elements. Elements around changes are
-/// checked again (one iteration per layer in a stack); fractions multiply. Returns the number of limited edges. Errors:
-/// stopped.
+/// Reduces `offsets` from the nodes `base` (one row per edge) until scaled Jacobians reach `least`
+/// (docs/algorithms/edge-accuracy.md). An element below `least` requests the largest factor 3/4, 1/2, 1/4 or 0 of its
+/// offsets that reaches `least`, or else the best factor. The offset of an edge is multiplied by the minimum factor of
+/// its elements. Elements around changed edges are then checked again; a stack of layers needs one iteration per layer.
+/// Returns the number of limited edges. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh,
                                                      std::span<const LagrangeNode<D>> base,
                                                      const Incidence<ElementId>& shells, double least,
                                                      std::span<Vec<D>> offsets, const Execution& execution);
 
-/// A part of a mesh; `offsets` of edges that other parts own equal the offsets there.
+/// A part of a mesh. Edges that another part owns have the same `offsets` in both parts.
 template <int D>
 struct PartOffsets {
     const QuadraticMesh<D>& mesh;
@@ -169,7 +171,7 @@ struct PartOffsets {
     OwnVertices owned;
     std::span<Vec<D>> offsets;
 };
-/// Limits the offsets of local parts together; returns the number of limited edges that these parts own.
+/// Limits the offsets of the parts together; returns the number of limited edges that the local parts own.
 template <int D>
 [[nodiscard]] Outcome<std::size_t> limit_by_jacobian(std::span<const PartOffsets<D>> parts, double least,
                                                      PartCommunication<D>& between, const Execution& execution);

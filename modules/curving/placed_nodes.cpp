@@ -21,12 +21,12 @@ namespace {
 
 constexpr double min_gain = 1e-6;      // smaller relative decreases of length are ignored
 constexpr double min_relief = 0.01;    // smaller relative decreases of distance are ignored
-constexpr double no_distance = 1e-10;  // relative to the chord
+constexpr double no_distance = 1e-10;  // fraction of the chord below which distances count as 0
 constexpr double distance_growth = 2;  // aim `length`: allowed ratio of the distance to that of the edge with the
                                        // projected middle
 constexpr int max_halvings = 6;
 
-/// Objective of `SheetSearch`: energy or length.
+/// Objective for `SheetSearch`: energy or length of the edge in the metric.
 template <int D>
 struct InMetric {
     static constexpr double damping = 0;
@@ -36,9 +36,10 @@ struct InMetric {
     [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const { return objective.evaluate(node); }
 };
 
-/// Objective ∫ r² dt, r from the nearest surface point to l(t). Nearest points move across r, so ∂r²/∂P = 2 · 4t(1−t)
-/// r, with the Gauss–Newton Hessian Σ 2 (4t(1−t))² n nᵀ (on a curve: the projector normal to it). The node moves only
-/// along its edge: sideways motion hardly changes its distance, and increases that of adjacent facets.
+/// Objective for `SheetSearch`: ∫ |r|² dt, with the vector r from the nearest surface point to the point l(t) of the
+/// edge. Nearest points move perpendicular to r, so |r|² has the derivative 2 · 4t(1−t) r by the node. The Gauss–Newton
+/// Hessian is ∫ 2 (4t(1−t))² n nᵀ dt with the surface normal n (on a curve: with the projector normal to it). The node
+/// moves only along its edge: sideways motion hardly changes its distance, and increases that of adjacent facets.
 template <int D>
 struct FromSheet {
     static constexpr double damping = 0.01;
@@ -97,7 +98,7 @@ class NodeSearch {
           options_(parameters.search),
           placing_(parameters.placement) {}
 
-    /// Measures the aim (length or distance) by the finer rule.
+    /// Returns the value of the aim (length or distance) by the finer rule.
     [[nodiscard]] double measure(const SheetPosition<D>& place) const {
         if (placing_.boundary_nodes == BoundaryNodeAim::length)
             return riemannian_length(back_, QuadraticEdge<D>{p20_, {place.point}, p02_}, rules_.report, element_at_)
@@ -133,7 +134,7 @@ class NodeSearch {
         return out;
     }
 
-    /// Moves the start by `offset` and projects it again.
+    /// Moves the start by `offset` and projects it again; no value if this is no improvement.
     [[nodiscard]] std::optional<PlacedNode<D>> seated(const Vec<D>& offset, PlacedNode<D> whole) const {
         const auto place = search_.at(start_, search_.coordinates(start_, offset));
         if (!place || farthest(*place) > largest_allowed()) return std::nullopt;
@@ -148,7 +149,8 @@ class NodeSearch {
   private:
     [[nodiscard]] bool by_length() const { return placing_.boundary_nodes == BoundaryNodeAim::length; }
 
-    /// Minimises energy, from the better of the current node and the geodesic's first step, then length.
+    /// Minimises first the energy, then the length. The start is the current node, or the first step of a geodesic if
+    /// its energy is lower.
     [[nodiscard]] SheetPosition<D> shortest() const {
         InMetric<D> in_metric{edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field,
                                              {p20_, p02_, element_at_})};
@@ -178,7 +180,7 @@ class NodeSearch {
         return at.place;
     }
 
-    /// Largest distance of the edge from the surface at multiples of 1/8.
+    /// Returns the largest distance of the edge from the surface at multiples of 1/8 of its parameter.
     [[nodiscard]] double farthest(const SheetPosition<D>& place) const {
         const QuadraticEdge<D> edge{p20_, {place.point}, p02_};
         double largest = 0;
@@ -208,7 +210,7 @@ class NodeSearch {
     const PlacementOptions& placing_;
 };
 
-/// Returns the current node if it cannot move on a surface.
+/// Calls `use` with a search for the edge's node; returns the current node if it cannot move on a surface.
 template <int D, class Use>
 PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeToPlace<D>& edge, const BackMesh<D>& back,
                              const PlacementSearch& parameters, Use&& use) {
@@ -245,7 +247,7 @@ class Boundary {
                 {mesh_.linear.points[low], mesh_.linear.points[high]},
                 facet_sites<D>(mesh_.linear, facets_[e])};
     }
-    /// Corners opposite the edge that lie on ridges.
+    /// Returns the corners opposite the edge that lie on ridges.
     [[nodiscard]] std::vector<Vec<D>> thin(std::size_t e) const {
         std::vector<Vec<D>> corners;
         const auto& [low, high] = mesh_.edges.vertices[e];

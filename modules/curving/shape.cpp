@@ -48,7 +48,7 @@ namespace {
 
 constexpr std::size_t programme_grain = 16;
 
-/// Best node of an edge; the gain is 0 if it is too small.
+/// Best node of an edge, and its gain in the smallest scaled Jacobian; the gain is 0 if it is too small.
 template <int D>
 struct Raise {
     LagrangeNode<D> node;
@@ -69,7 +69,7 @@ struct Polish {
     Buffer<double> values;     ///< scaled Jacobian of each element
     Buffer<double> requested;  ///< target of the scaled Jacobian of each element
     Buffer<Turn> turns;
-    Buffer<std::uint8_t> is_known;  ///< of each edge: 1 if the elements around it are unchanged since its program was
+    Buffer<std::uint8_t> is_known;  ///< for each edge: 1 if the elements around it are unchanged since its program was
                                     ///< solved
     Buffer<Raise<D>> raises;
     Buffer<std::uint32_t> changed_in;  ///< iteration of each element's last change
@@ -128,7 +128,7 @@ EdgeId best_edge(const Polish<D>& polish, ElementId element) {
     return best;
 }
 
-/// Updates the values of changed elements and discards the programs of their edges.
+/// Updates the values of changed elements and discards the solved programs of their edges.
 template <int D>
 Outcome<Done> look_again(Polish<D>& polish, std::span<const ElementId> changed) {
     for (const ElementId element : changed)
@@ -142,7 +142,7 @@ Outcome<Done> look_again(Polish<D>& polish, std::span<const ElementId> changed) 
                 [&](std::size_t i) { polish.values[changed[i].index()] = polish.value(changed[i]); });
 }
 
-/// Performs one iteration; replaces `waiting` by the elements of the next one. Returns the number of steps.
+/// Performs one iteration; replaces `waiting` by the elements of the next iteration. Returns the number of steps.
 template <int D>
 Outcome<std::size_t> take_turns(Polish<D>& polish, std::vector<ElementId>& waiting) {
     if (auto solved = solve_programmes<D>(polish, waiting); !solved) return fail(solved.error());
@@ -200,7 +200,7 @@ Outcome<std::size_t> raise_low(Polish<D>& polish) {
     return steps;
 }
 
-/// Sets the targets in rings around elements below a limit.
+/// Sets the targets of elements below the limit, and of the rings around them, to `enough`.
 template <int D>
 void request_around(Polish<D>& polish, double limit) {
     const double enough = polish.options.enough;
@@ -228,7 +228,7 @@ Outcome<Polished<D>> in_bands(Polish<D>& at) {
     for (int turn = 0; turn < at.options.max_bands && now < enough; ++turn) {
         const double band = at.options.band * std::max(1.0, std::abs(now));
         at.requested.assign(at.requested.size(), std::min(enough, now + band));
-        // If a few elements limit the value, changes of the elements around them may help.
+        // If the worst elements do not improve, changes of the elements around them may help.
         const bool last = !rises;
         if (last) request_around(at, now + at.options.min_gain);
         const auto steps = raise_low(at);

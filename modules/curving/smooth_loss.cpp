@@ -20,10 +20,10 @@ namespace camber {
 
 namespace {
 
-/// Weight of H1 errors relative to L2. With 0.1 both grow equally for cubics on layered shells.
+/// Weight of the H1 error relative to the L2 error. With 0.1 both grow equally for cubic functions on layered shells.
 constexpr double h1_share = 0.1;
 
-/// |K|, mean squared edge length, and smallest height of a straight element.
+/// Volume |K|, mean squared edge length and smallest height of a straight element K.
 template <int D>
 struct ElementSize {
     double volume = 0, square = 0, height = 0;
@@ -55,7 +55,7 @@ template <int D>
     return corners;
 }
 
-/// Sums over elements K, weighted by |K|; positions are relative to a nearby origin.
+/// Sums of quantities of elements, weighted by |K|. Positions are relative to a nearby origin.
 template <int D>
 struct Sums {
     double volume = 0, fourth = 0, sixth = 0, second_moment = 0;
@@ -69,7 +69,7 @@ struct Sums {
         return std::max(second_moment / volume - norm_squared((1 / volume) * moment), 0.0);
     }
 };
-/// Returns one sum for each run of own elements.
+/// Returns partial sums over the elements that the part owns.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Sums<D>>> sums_of(const LinearMesh<D>& mesh, const OwnVertices& own,
                                                     const Vec<D>& origin, const Execution& execution) {
@@ -86,11 +86,11 @@ template <int D>
         [](const Sums<D>& a, const Sums<D>& b) { return a + b; });
 }
 
-/// NaN and values beyond the range of float become the largest value.
+/// NaN and values above 1e38 become 1e38.
 [[nodiscard]] float as_cost(double x) { return static_cast<float>(x < 1e38 ? x : 1e38); }
 
-/// |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)) of each element; 0 if it is flat. h² is the mean squared edge, a_K the smallest
-/// height.
+/// Returns |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)) for each element K; 0 if it is flat. h² is the mean squared edge length,
+/// a_K the smallest height.
 template <int D>
 [[nodiscard]] Outcome<Buffer<float>> weights_of(const LinearMesh<D>& mesh, const Sums<D>& sums,
                                                 const Execution& execution) {
@@ -107,12 +107,12 @@ class Histogram {
     void add(std::span<const float> numbers) {
         for (const float x : numbers) ++counts_[std::bit_cast<std::uint32_t>(x) >> shift];
     }
-    /// Returns the counts, to be sent to other parts. The constructor adds up concatenated counts.
+    /// Returns the counts, to be sent to other parts. The constructor adds up the counts of several parts.
     [[nodiscard]] std::vector<double> counts() const { return counts_; }
     explicit Histogram(std::span<const double> counts = {}) {
         for (std::size_t i = 0; i < counts.size(); ++i) counts_[i % counts_.size()] += counts[i];
     }
-    /// Σ g k² over the counted numbers g, with k = 1/(1 + (g/c)²).
+    /// Returns Σ g k² over the counted numbers g, with k = 1/(1 + (g/c)²).
     [[nodiscard]] double sum(double c) const {
         double sum = 0;
         for (std::uint32_t i = 0; i < counts_.size(); ++i) {
@@ -129,7 +129,7 @@ class Histogram {
     std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // whole numbers
 };
 
-/// Largest c for which the sum is within budget; infinity if it always is.
+/// Returns the largest c for which `histogram.sum(c)` is within `budget`; infinity if it always is.
 [[nodiscard]] double limit_for(const Histogram& histogram, double budget) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     if (histogram.sum(infinity) <= budget) return infinity;
@@ -141,7 +141,7 @@ class Histogram {
     return exp2(low);
 }
 
-/// Concatenates the results of `of_part(part)`, which have a fixed size for each part or run.
+/// Concatenates the numbers that `of_part(part)` returns for all parts.
 template <int D>
 Outcome<std::vector<double>> gather_from_parts(std::span<const PartLosses<D>> parts, PartCommunication<D>& between,
                                                const auto& of_part) {
@@ -190,7 +190,7 @@ Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, PartCommunication
     return sums;
 }
 
-/// Costs g_e of the edges that a part owns; 0 for others.
+/// Returns the costs g_e of the edges that the part owns; 0 for others.
 template <int D>
 Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, const Execution& execution) {
     const auto weights = weights_of(of.mesh.linear, sums, part_of(execution, 0, 0.5));
@@ -207,7 +207,7 @@ Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, co
     });
 }
 
-/// Multiplies the part's own offsets by k_e; returns the number more than halved.
+/// Multiplies the part's own offsets by k_e; returns the number of offsets more than halved.
 template <int D>
 Outcome<std::size_t> relax_offsets(const PartLosses<D>& of, const Buffer<float>& costs, double limit,
                                    const Execution& execution) {
@@ -264,10 +264,10 @@ Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incid
 
 namespace {
 
-/// More than layers in any stack of elements; repair handles what remains.
+/// Maximum number of iterations, more than layers in any stack of elements. Repair handles the remaining elements.
 constexpr int max_rounds = 1000;
 
-/// Elements, or triangles of a standalone surface (K = 2, D = 3).
+/// Elements (K = D), or triangles of a standalone surface (K = 2, D = 3).
 template <int D, int K>
 class Elements {
   public:
@@ -276,7 +276,7 @@ class Elements {
     Elements(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base, std::span<const Vec<D>> offsets)
         : mesh_(mesh), base_(base), offsets_(offsets) {}
 
-    /// Element with all its offsets multiplied by `share`.
+    /// Returns the element with all its offsets multiplied by `share`.
     [[nodiscard]] Form at(std::size_t e, double share) const {
         const auto& vertices = simplices().vertices[e];
         const auto& edges = edges_of(e);
@@ -300,12 +300,12 @@ class Elements {
             return mesh_.edges.of_facets[e];
     }
 
-    /// True if the scaled Jacobian reaches `least`; `jacobian` includes all offsets.
+    /// True if an element with all its offsets reaches the scaled Jacobian `least`.
     [[nodiscard]] static bool bears(const JacobianSummary& jacobian, double least) {
         return jacobian.is_finite() && scaled(jacobian.lowest, jacobian.straight) >= least;
     }
 
-    /// Largest share of the offsets with which the element reaches `least`, or the best one.
+    /// Returns the largest fraction of the offsets with which the element reaches `least`, or else the best one.
     [[nodiscard]] double share(std::size_t e, double least) const {
         double best = 1;
         if (stays(e)) return best;
@@ -328,8 +328,8 @@ class Elements {
     [[nodiscard]] bool stays(std::size_t e) const {
         return std::ranges::all_of(edges_of(e), [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
     }
-    /// Lower bound of the scaled Jacobian. It uses |det|, since thin elements along curves may be inverted when
-    /// straight, but valid when curved.
+    /// Returns the scaled Jacobian from the lower bound `lowest`. It is relative to |straight|, since thin elements
+    /// along curves may be inverted when straight, but valid when curved.
     [[nodiscard]] static double scaled(double lowest, double straight) {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         if (straight == 0) return lowest >= 0 ? infinity : -infinity;
@@ -345,7 +345,6 @@ class Elements {
     std::span<const Vec<D>> offsets_;
 };
 
-/// Calls `visit(i, jacobian)` for elements with all their offsets.
 template <int D>
 void each_looked_at(const Elements<D, D>& elements, std::span<const ElementId> looked_at, std::size_t begin,
                     std::size_t end, const auto& visit) {
@@ -357,12 +356,12 @@ void each_looked_at(const Elements<3, 2>& triangles, std::span<const ElementId> 
         visit(i, jacobian_summary(bounded_jacobian(triangles.at(looked_at[i].index(), 1))));
 }
 
-/// An element and its allowed share of the offsets.
+/// An element, and the fraction of its offsets that it allows.
 struct Share {
     ElementId element;
     double share = 1;
 };
-/// Returns the shares below 1, in the order of the elements.
+/// Returns the fractions below 1, in the order of the elements.
 template <int D, int K>
 Outcome<std::vector<Share>> shares_of(const Elements<D, K>& elements, std::span<const ElementId> looked_at,
                                       double least, const Execution& execution) {
@@ -394,7 +393,7 @@ class PartLimit {
             if (has_own_edge(e)) looked_at_.emplace_back(e);
     }
 
-    /// Performs one iteration; returns the limited edges that the part owns.
+    /// Performs one iteration; returns the edges of the part whose offsets were limited.
     Outcome<std::vector<EdgeId>> limit(const Execution& execution) {
         const auto shares = shares_of(elements_, looked_at_, least_, execution);
         if (!shares) return fail(shares.error());

@@ -16,13 +16,14 @@ namespace camber {
 
 namespace {
 
-/// Solver iterations; few are sufficient, since the matrix changes after each step.
+/// Number of solver iterations. Few are sufficient, since the matrix changes after each step.
 constexpr int solve_steps = 12;
-/// Halvings of a step that does not reduce the error.
+/// Maximum number of halvings of a step that does not reduce the error.
 constexpr int halvings = 3;
-/// Steps in a frame, and frames, end below this relative decrease of squared error.
+/// A frame is the solution in the elements of one mesh. Steps in a frame end below the first relative decrease of the
+/// squared error, frames below the second one.
 constexpr double least_gain = 0.01, least_gain_of_frame = 0.04;
-/// Maximum number of times that moves are shortened after a frame.
+/// Maximum number of times that the moves found in a frame are shortened.
 constexpr int shortenings = 3;
 
 template <int D>
@@ -31,8 +32,8 @@ Vec<D> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
 }
 
-/// Share of a step that keeps the offset along the chord within `most` chords, or does not increase it. Shortening only
-/// the part along the chord would move nodes off an oblique front.
+/// Returns the fraction of a step with which the offset's part along the chord stays within `most` chords, or does not
+/// grow. Shortening only this part would move nodes off an oblique front.
 template <int D>
 double share_within_slide(const Vec<D>& offset, const Vec<D>& step, const Vec<D>& chord, double most) {
     const double square = norm_squared(chord);
@@ -46,9 +47,9 @@ template <int D>
 struct Frame {
     QuadraticMesh<D> mesh;
     KnownSolution<D> known;
-    Buffer<Vec<D>> reference_offsets;  ///< offsets of the nodes from the chord middles
+    Buffer<Vec<D>> reference_offsets;  ///< vectors from the chord middles to the nodes
     ErrorSystem<D> system;
-    double error = 0;  ///< squared error with the frame's nodes
+    double error = 0;  ///< squared error with the nodes of `mesh`
 
     Frame(QuadraticMesh<D> curved, KnownSolution<D> solution, const Column<EdgeKind>& kinds,
           const Incidence<ElementId>& shells, double stiffness)
@@ -65,7 +66,7 @@ struct Frame {
     Frame& operator=(Frame&&) = delete;
     ~Frame() = default;
 
-    /// Expected error in the user's unit.
+    /// Returns the expected error in the user's unit.
     [[nodiscard]] Outcome<double> expected(const Execution& execution) const {
         const auto squared = squared_error(mesh, known, without_progress(execution));
         if (!squared) return squared;
@@ -73,8 +74,8 @@ struct Frame {
     }
 };
 
-/// Moves nodes to the minimum error of one frame. Elements stay above the scaled Jacobian `least` in each step; with −∞
-/// they may become invalid.
+/// Moves nodes to the minimum of the error in one frame. In each step scaled Jacobians stay above `least`; if it is −∞,
+/// elements may become invalid.
 template <int D>
 class Search {
   public:
@@ -107,7 +108,7 @@ class Search {
         return frame_.system.begin(*offsets, frame_.reference_offsets, execution);
     }
 
-    /// Adds a step within the limits of chords and elements.
+    /// Returns the moves after one more step, limited by chords and elements.
     Outcome<Buffer<Vec<D>>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
         const LinearMesh<D>& linear = frame_.mesh.linear;
         auto moves = map_each(execution, step.size(), [&](std::size_t e) {
@@ -180,8 +181,8 @@ class Frames {
   private:
     using OwnFrame = std::unique_ptr<Frame<D>>;
 
-    /// Thin stacked elements block each other, although all are valid at the minimum. So every other search is
-    /// unbounded, and its moves are limited afterwards.
+    /// Returns the minimum scaled Jacobian of a search. Thin stacked elements block each other, although all are valid
+    /// at the minimum. So every second search is unbounded, and its moves are limited afterwards.
     [[nodiscard]] double bound_of_search(int frame) const {
         return frame % 2 == 1 ? -std::numeric_limits<double>::infinity() : options_.min_jacobian;
     }
@@ -223,7 +224,7 @@ class Frames {
         return frame_of(*best, execution);
     }
 
-    /// Frame of the nodes found, or of the old ones if these are better.
+    /// Searches for better nodes and returns their frame, or a frame of the old nodes if these are better.
     Outcome<OwnFrame> next(OwnFrame frame, double least_jacobian, const Execution& execution) {
         const QuadraticMesh<D> from = frame->mesh;
         const double before = frame->error;
@@ -265,7 +266,7 @@ class Frames {
         return Column<LagrangeNode<D>>(std::move(nodes));
     }
 
-    /// Multiplies moves by `part` where the error increased noticeably; returns their number.
+    /// Multiplies by `part` the moves of nodes near which the error increased noticeably; returns their number.
     std::size_t shorten_worse(std::span<const double> before, std::span<const double> after, double all, double part,
                               Buffer<Vec<D>>& moves) const {
         constexpr double of_all = 1e-3, of_own = 0.2;

@@ -10,11 +10,11 @@ import camber.bezier;
 import camber.validity;
 import :edges;
 
-/// Volume nodes for the best interpolation of a known solution. docs/algorithms/solution-nodes.md.
+/// Volume nodes for the best interpolation of a known solution (docs/algorithms/solution-nodes.md).
 export namespace camber {
 
-/// A scalar field: a polynomial of this degree in reference coordinates in each element, by values at the regular
-/// lattice in the order of `multi_indices`, up to a constant.
+/// Degree of the polynomials that represent a scalar field, one for each element, in reference coordinates. Each is
+/// stored by its values at a regular lattice in the order of `multi_indices`, up to a constant.
 inline constexpr int known_degree = 5;
 template <int D>
 struct KnownField {
@@ -24,42 +24,44 @@ struct KnownField {
 };
 template <int D>
 using KnownSolution = std::vector<KnownField<D>>;
-/// Solution in the elements of a mesh; called for copies with other edge nodes.
+/// Function that returns the solution in the elements of a mesh. It is called for copies of the mesh with other edge
+/// nodes.
 template <int D>
 using SolutionInElements = std::function<Outcome<KnownSolution<D>>(const QuadraticMesh<D>&, const Execution&)>;
 
 struct SolutionNodesOptions {
     int frames = 4;                       ///< maximum number of evaluations of the solution in the elements
-    int rounds = 3;                       ///< maximum number of steps in a frame
-    double stiffness = 0.3;               ///< fraction of squared error added by an offset as long as the element
-    double max_slide = 0.2;               ///< maximum distance from the middle along the chord, relative to its length
+    int rounds = 3;                       ///< maximum number of steps for each of these evaluations
+    double stiffness = 0.3;               ///< an offset as long as the element adds this fraction of the squared error
+    double max_slide = 0.2;  ///< maximum distance of a node from the chord's middle, along the chord and relative to it
     double min_jacobian = default_bound;  ///< see `limit_by_jacobian`
 };
 
 template <int D>
 struct SolutionNodes {
     Column<LagrangeNode<D>> nodes;  ///< one row per edge
-    /// Expected error of the first nodes and of `nodes`: weight · ‖u − u_h‖ of one field in user units, or the root of
-    /// Σ (weight ‖u − u_h‖)² in units of the fields. Integrated as in `expected_error`; the search uses a rule of
-    /// degree 6.
+    /// Expected errors of the first start and of `nodes`. For one field: weight · ‖u − u_h‖ in user units; for several:
+    /// the root of Σ (weight ‖u − u_h‖)² in units of the fields. Integrated as in `expected_error`; the search uses a
+    /// rule of degree 6.
     double before = 0, after = 0;
     int frames = 0;           ///< number of frames that reduced the error
     std::size_t relaxed = 0;  ///< edges moved by only a part of their step
 };
 
-/// Moves volume nodes to minimise Σ ∫ (u − u_h)² over fields and elements, with u_h the interpolant of degree 2 on
-/// curved elements (docs/algorithms/solution-nodes.md). Starts from the best of `starts` (one row per edge; boundary
-/// nodes stay). Each iteration takes the solution in the current elements (the frame), solves a least-squares problem,
-/// and keeps elements above `min_jacobian`. The expected error never increases. Results do not depend on the number of
-/// threads. Errors: columns that do not fit (internal); those of `solution`; stopped, memory.
+/// Moves volume nodes to minimise Σ ∫ (u − u_h)² over fields and elements, where u_h is the interpolant of degree 2 on
+/// curved elements (docs/algorithms/solution-nodes.md). Starts from the best of `starts` (one row per edge); boundary
+/// nodes do not move. Each iteration evaluates the solution in the current elements (the frame) and solves a
+/// least-squares problem. Elements stay above `min_jacobian`. The expected error never increases. Results do not depend
+/// on the number of threads. Errors: columns that do not fit (internal); those of `solution`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const MeshEdges<D>& edges,
                                                        std::span<const Column<LagrangeNode<D>>> starts,
                                                        const SolutionInElements<D>& solution,
                                                        const SolutionNodesOptions& options, const Execution& execution);
 
-/// Expected L2 error of interpolants of degree 1 or 2 on straight elements, in the units of `SolutionNodes`. The rule
-/// of degree 11 is exact for `solution`. Errors: not one row per element, another degree (internal); stopped.
+/// Returns the expected L2 error of interpolants of degree 1 or 2 on straight elements, in the units of
+/// `SolutionNodes`. The rule of degree 11 is exact for `solution`. Errors: not one row per element, another degree
+/// (internal); stopped.
 template <int D>
 [[nodiscard]] Outcome<double> expected_error(const LinearMesh<D>& mesh, const KnownSolution<D>& solution, int degree,
                                              const Execution& execution);
@@ -93,8 +95,8 @@ inline constexpr auto exponents = [] {
     return all;
 }();
 
-/// Lagrange basis: [coefficient in the order of `exponents`][lattice node]. Vertices are the origin and the ends of the
-/// unit axes.
+/// Coefficients of the Lagrange basis: [coefficient in the order of `exponents`][lattice node]. The simplex has its
+/// vertices at the origin and at the ends of the unit axes.
 template <int D>
 using LatticeBasis = std::array<std::array<double, lattice_size<D>>, lattice_size<D>>;
 template <int D>
@@ -133,7 +135,7 @@ struct PackPolynomial {
     }
 
   private:
-    /// Value in two coordinates of the polynomial whose coefficients end at `end`.
+    /// Returns value and slopes of the polynomial in two coordinates whose coefficients end at `end`.
     [[nodiscard, gnu::always_inline]] PackSlope<2> plane(const PackVec<2>& x, int end, int degree) const {
         PackSlope<2> sum{packed(0), {packed(0), packed(0)}};
         for (int left = 0; left <= degree; ++left) {
@@ -160,7 +162,7 @@ namespace camber {
 /// Eight Jacobians; the inverse is 0 if the determinant is almost 0.
 template <int D>
 struct PackJacobian {
-    std::array<PackVec<D>, D> inverse;  ///< rows
+    std::array<PackVec<D>, D> inverse;  ///< rows of J⁻¹
     Pack det;
 
     [[gnu::always_inline]] explicit PackJacobian(const std::array<PackVec<D>, D>& columns) {
@@ -182,7 +184,7 @@ struct PackJacobian {
         for (auto& row : inverse)
             for (Pack& x : row) x = x * over;
     }
-    /// J⁻¹ v; `in_space` returns J⁻ᵀ g.
+    /// Returns J⁻¹ v; `in_space` returns J⁻ᵀ g.
     [[nodiscard, gnu::always_inline]] PackVec<D> pulled_back(const PackVec<D>& v) const {
         PackVec<D> out;
         for (int a = 0; a < D; ++a) {
@@ -201,14 +203,15 @@ struct PackJacobian {
     }
 
   private:
-    static constexpr double flat = 1e-13;  // relative to the product of column lengths
+    static constexpr double flat = 1e-13;  // limit of |det J| relative to the product of column lengths
 
     [[gnu::always_inline]] static PackVec<3> cross(const PackVec<3>& a, const PackVec<3>& b) {
         return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
     }
 };
 
-/// F(ξ) = Σ λ_v x_v + Σ 4 λ_i λ_j f over edges i–j with offsets f. J is linear, and F(ξ + s) − F(ξ) = J(ξ + s/2) s.
+/// Maps F(ξ) = Σ λ_v x_v + Σ 4 λ_i λ_j f of eight elements, with barycentric coordinates λ, vertices x_v, and offsets f
+/// of the edges i–j. The Jacobian J is linear in ξ, and F(ξ + s) − F(ξ) = J(ξ + s/2) s.
 template <int D>
 class PackFrame {
   public:
@@ -239,8 +242,8 @@ class PackFrame {
         return PackJacobian<D>(columns(at));
     }
 
-    /// Solves J(ξ + s/2) s = δ by Newton's method, lane by lane; returns ξ + s and J there. If δ leads to a fold or
-    /// beyond, F is replaced by its tangent at ξ.
+    /// Result of `displaced`: ξ + s, and J there, for the solution s of F(ξ + s) − F(ξ) = δ by Newton's method in each
+    /// lane. If δ leads to a fold or beyond, F is replaced by its tangent at ξ.
     struct Place {
         PackVec<D> at;
         PackJacobian<D> jacobian;
@@ -270,9 +273,9 @@ class PackFrame {
 
   private:
     static constexpr int newton_steps = 4;
-    /// Maximum last correction in reference coordinates; the remaining error is about its square.
+    /// Limit of the last correction in reference coordinates; the remaining error is about its square.
     static constexpr double near = 1e-3;
-    /// minimum det J relative to its value at the start
+    /// Minimum of det J relative to its value at the start.
     static constexpr double least_ratio = 0.1;
 
     [[gnu::always_inline]] static Pack largest(const PackVec<D>& v) {
@@ -292,7 +295,7 @@ class PackFrame {
                 for (int k = 0; k < D; ++k) out[a][k] += second_[a][b][k] * at[b];
         return out;
     }
-    /// δ − (F(ξ + s) − F(ξ)).
+    /// Returns δ − (F(ξ + s) − F(ξ)).
     [[nodiscard, gnu::always_inline]] PackVec<D> residual(const PackVec<D>& from, const PackVec<D>& s,
                                                           PackVec<D> delta) const {
         PackVec<D> half;
@@ -307,14 +310,14 @@ class PackFrame {
     std::array<std::array<PackVec<D>, D>, D> second_{};  // ∂²F/∂ξ_a∂ξ_b
 };
 
-/// Barycentric coordinates, and the point's share of the volume.
+/// Barycentric coordinates of a quadrature point, and its fraction of the volume.
 template <int D>
 struct SimplexPoint {
     std::array<double, D + 1> at;
     double weight;
 };
 
-/// Rule of degree 6, that of the squared error of interpolated cubics.
+/// Quadrature rule of degree 6, exact for the squared interpolation error of cubic functions.
 template <int D>
 inline constexpr auto simplex_rule = [] {
     if constexpr (D == 2) {
@@ -360,7 +363,7 @@ inline constexpr auto simplex_rule = [] {
 /// Interpolation error on eight curved elements, with derivatives.
 namespace camber {
 
-/// Eight elements, with node offsets in the frame and current ones.
+/// Eight elements, with the edge offsets of the frame and the current ones.
 template <int D>
 struct ElementPacks {
     std::array<PackVec<D>, D> axes;  ///< [a]: vertex a + 1 minus vertex 0
@@ -369,8 +372,9 @@ struct ElementPacks {
 template <int D>
 using LatticePacks = std::array<Pack, lattice_size<D>>;
 
-/// Squared error Σ r² = ∫ w² (u − u_h)² of an element by a rule in the frame's volume. A change d of edge offsets makes
-/// it |r + R d|² = error + 2 slope·d + d·curvature·d.
+/// Squared errors Σ r² ≈ ∫ w² (u − u_h)² of eight elements, with residuals r at the points of a rule in the frame's
+/// elements (w: weight of the field). A change d of the edge offsets changes r by R d, and the squared error becomes |r
+/// + R d|² = error + 2 slope·d + d·curvature·d.
 template <int D>
 struct ErrorPacks {
     static constexpr int unknowns = D * edges_per_simplex<D>;
@@ -386,7 +390,7 @@ template <int D>
 void add_error(const ElementPacks<D>& elements, const LatticePacks<D>& field, double weight, Instructions set,
                ErrorPacks<D>& sum);
 
-/// Squared expected error by a rule of degree 11 on the solution's mesh. Errors: stopped.
+/// Returns the squared expected error by a rule of degree 11 on the solution's mesh. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<D>& solution,
                                             const Execution& execution);
@@ -398,7 +402,8 @@ class ErrorSystem {
     ErrorSystem(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Incidence<ElementId>& shells,
                 const KnownSolution<D>& solution, double stiffness);
 
-    /// Sets the offsets from chord middles; stiffness pulls towards `reference_offsets`. Returns the squared error.
+    /// Sets the current offsets from chord middles; the stiffness pulls them towards `reference_offsets`. Returns the
+    /// squared error.
     [[nodiscard]] Outcome<double> begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> reference_offsets,
                                         const Execution& execution);
     /// Squared error of each element at the offsets of `begin`.
@@ -428,9 +433,9 @@ class ErrorSystem {
     const KnownSolution<D>& solution_;
     double stiffness_;
     std::size_t elements_;
-    Buffer<float> curvature_;         // [pack][entry][lane]
-    Buffer<double> slope_, product_;  // [pack][unknown][lane]
-    Buffer<double> errors_;           // [element]
+    Buffer<float> curvature_;         // layout [pack][entry][lane]
+    Buffer<double> slope_, product_;  // layout [pack][unknown][lane]
+    Buffer<double> errors_;           // one per element
 };
 
 }  // namespace camber

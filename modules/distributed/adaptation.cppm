@@ -1,4 +1,4 @@
-// Remeshing by blocks: rows of an adapted mesh, cutting, joining, output rows.
+// Remeshing by blocks: the rows of an adapted mesh, and functions that cut, join and output them.
 module;
 #include <algorithm>
 #include <array>
@@ -20,11 +20,10 @@ import camber.adapt;
 import :parts;
 import :ranks;
 
-/// A mesh under adaptation as plain rows, which are cut, moved between ranks and joined.
 export namespace camber {
 
-/// `number`: in the whole mesh; invalid for new vertices and those of one part only, except frozen ones, which
-/// simplices outside all parts may share.
+/// `number` is the vertex number in the whole mesh. It is invalid for new vertices and for vertices of one part only,
+/// except frozen ones, which simplices outside all parts may share.
 template <int D>
 struct AdaptedVertex {
     VertexId number;
@@ -42,10 +41,11 @@ struct AdaptedSimplex {
     SimplexVertices<K> vertices;
     Reference reference = 0, entity = 0;
     Marks marks;
-    std::uint8_t sides = 0;  ///< facets: sides with elements in the whole mesh
+    std::uint8_t sides = 0;  ///< for a facet: number of its sides with elements in the whole mesh
 };
 
-/// Facets between two parts are in both, marked frozen; lines (3D) and vertices are in each part with an element there.
+/// Rows of a mesh or of a part. A facet between two parts is in both, marked as frozen. Lines (3D) and vertices are in
+/// each part that has an element with them.
 template <int D>
 struct AdaptationRows {
     Buffer<AdaptedVertex<D>> vertices;
@@ -63,42 +63,42 @@ template <int D>
 template <int D>
 struct AdaptedPart {
     Adaptation<D> state;
-    Column<std::uint8_t> on_rim;  ///< initial vertices only
-    std::size_t rim_lines = 0;    ///< temporary, after those of the rows
+    Column<std::uint8_t> on_rim;  ///< for initial vertices only
+    std::size_t rim_lines = 0;    ///< temporary lines, stored after the lines of the rows
 };
 
-/// Makes a mutable mesh with a fixed rim. Errors: those of make_dynamic_part.
+/// Makes a mutable mesh in which the boundary to other parts is fixed. Errors: those of make_dynamic_part.
 template <int D>
 [[nodiscard]] Outcome<AdaptedPart<D>> assembled(const AdaptationRows<D>& rows, const Execution& execution);
 
-/// `before`: initial rows, which still describe the rim. Errors: memory.
+/// Rows of a part. `before` are its initial rows, which still describe its boundary to other parts. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<AdaptationRows<D>> rows_of_part(const AdaptedPart<D>& part, const AdaptationRows<D>& before);
 
-/// Expected number of elements from each element, in units of 1/256: exact sums in any order.
+/// Expected number of new elements in place of each element, in units of 1/256, so that sums are exact in any order.
 struct ElementWeights {
     static constexpr std::uint64_t one = 256;
-    Buffer<std::uint64_t> weights;  ///< per element, at least `one`
+    Buffer<std::uint64_t> weights;
     std::uint64_t sum = 0;
 
     [[nodiscard]] double elements() const { return static_cast<double>(sum) / static_cast<double>(one); }
 };
 
-/// Metric volume of each element relative to a unit simplex, with sizes multiplied by `coarser`; at least one. Errors:
-/// stopped, memory.
+/// Volume of each element in the metric, relative to a unit simplex, with sizes multiplied by `coarser`; at least one.
+/// Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<ElementWeights> expected_elements(const AdaptationRows<D>& rows, double coarser,
                                                         const Execution& execution);
 
-/// A mesh shared among ranks between block iterations. Each element, facet and line is on one rank. Rows and vertex
-/// numbers continue from rank to rank.
+/// A mesh shared among ranks between block iterations. Each element, facet and line is on one rank. The numbers of rows
+/// and vertices continue from rank to rank.
 template <int D>
 struct SharedRows {
-    AdaptationRows<D> rows;                   ///< vertices: own ones, then others in simplices
-    Buffer<std::uint8_t> on_rim;              ///< vertices that other ranks may use
-    std::vector<std::size_t> first_vertices;  ///< first vertex of each rank, and the total
-    AdaptationRows<D>
-        without_elements;  ///< last rank: fixed entities without elements; vertices shared with `rows` have numbers
+    AdaptationRows<D> rows;                   ///< vertices: own ones, then those of other ranks in own simplices
+    Buffer<std::uint8_t> on_rim;              ///< true for vertices that other ranks may use
+    std::vector<std::size_t> first_vertices;  ///< first own vertex of each rank, and the total
+    AdaptationRows<D> without_elements;  ///< on the last rank: fixed entities without elements; vertices that are also
+                                         ///< in `rows` have numbers
 
     [[nodiscard]] std::size_t vertices() const { return first_vertices.back(); }
     [[nodiscard]] std::size_t own_vertices(const Ranks& ranks) const {
@@ -106,24 +106,23 @@ struct SharedRows {
     }
 };
 
-/// `firsts`: first number of each rank, and the total.
+/// Rank of a number. `firsts` has the first number of each rank, and the total.
 [[nodiscard]] inline std::size_t rank_with(const std::vector<std::size_t>& firsts, std::size_t number) {
     return static_cast<std::size_t>(std::ranges::upper_bound(firsts, number) - firsts.begin()) - 1;
 }
 
-/// This rank's share of a mesh that all ranks have. Errors: memory.
+/// Returns this rank's share of a mesh that all ranks have. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<SharedRows<D>> share_of(const AdaptationRows<D>& whole, const Ranks& ranks);
 
-/// Own rows, with simplices by vertex numbers; last rank: also rows without elements.
+/// Returns own rows, with simplices by vertex numbers. The last rank also returns the rows without elements.
 template <int D>
 [[nodiscard]] AdaptationRows<D> numbered_rows(SharedRows<D> shared, const Ranks& ranks);
 
-/// The whole mesh on all ranks.
 template <int D>
 [[nodiscard]] Outcome<AdaptationRows<D>> gathered(SharedRows<D> shared, Ranks& ranks);
 
-/// Sum over all ranks, and over lower ranks.
+/// Sums of a number over all ranks, and over all lower ranks.
 struct Counted {
     std::size_t all = 0, before = 0;
 };
@@ -137,13 +136,13 @@ using PartNumber = std::uint32_t;
 
 template <int K>
 struct SentSimplex {
-    std::uint64_t number = 0;  ///< row in the whole mesh
+    std::uint64_t number = 0;
     PartNumber part = 0;
     AdaptedSimplex<K> simplex;
 };
 
-/// Rows for another rank when a mesh is cut, with vertices as rows of `vertices`. In `…_by_number`, vertices are
-/// numbers; elements of other ranks bring them, and the part may not use the simplex.
+/// Rows sent to another rank when a mesh is cut. Simplices have rows of `vertices`; only in `…_by_number` they have
+/// vertex numbers. Elements of other ranks bring these vertices, and the part may have no element at the simplex.
 template <int D>
 struct SentRows {
     Buffer<AdaptedVertex<D>> vertices;
@@ -159,8 +158,8 @@ struct SentRows {
     }
 };
 
-/// Makes parts [first, last) from the rows of all ranks: vertices in Morton order in `grid`, elements in the order of
-/// their first vertices, others in whole-mesh order. Errors: stopped, memory.
+/// Makes parts [first, last) from the rows sent by all ranks. Vertices are in Morton order in `grid`, elements in the
+/// order of their first vertices, other rows in the order of the whole mesh. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<std::vector<AdaptationRows<D>>> parts_of_sent(std::vector<SentRows<D>> sent,
                                                                     const PointBox<D>& grid, PartNumber first,
@@ -174,26 +173,26 @@ template <int D>
 
 export namespace camber {
 
-/// A mesh cut into parts, consecutive on each rank.
+/// A mesh that was cut into parts, which are numbered from rank to rank.
 template <int D>
 struct CutMesh {
     std::vector<AdaptationRows<D>> parts;
-    AdaptationRows<D> without_elements;       ///< last rank: entities without elements
-    std::vector<std::size_t> first_vertices;  ///< before the cut (SharedRows)
+    AdaptationRows<D> without_elements;
+    std::vector<std::size_t> first_vertices;  ///< as in SharedRows, before the cut
 };
 
-/// Cuts a mesh into parts of about `elements` expected elements: runs in Morton order of their first vertices. Vertices
-/// of a part are in Morton order. The grid starts `shift` times the mesh extent before the mesh. Grids with shifts that
-/// differ by thirds (2D) or fifths (3D) have no common cell walls (T. M. Chan, 1998); offsets along one curve would
-/// share the first plane that halves the mesh. Facets between parts are frozen. Parts do not depend on the distribution
-/// of the mesh. Errors: stopped, memory.
+/// Cuts a mesh into parts of about `elements` expected elements: runs of elements in Morton order of their first
+/// vertices. Vertices of a part are in Morton order. The grid starts `shift` times the mesh extent before the mesh.
+/// Grids with shifts that differ by thirds (2D) or fifths (3D) have no common cell walls (T. M. Chan, 1998). With
+/// offsets along the Morton curve instead, all cuts would share the first plane that halves the mesh. Facets between
+/// parts are frozen. Parts do not depend on the distribution of the mesh. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<CutMesh<D>> cut_into_parts(SharedRows<D> shared, const ElementWeights& weights,
                                                  std::size_t elements, double shift, Ranks& ranks,
                                                  const Execution& execution);
 
-/// Joins the rows part by part, each in the first part that has it and on its rank. New vertex numbers continue from
-/// part to part. Errors: memory.
+/// Joins parts to a shared mesh. Each row stays in the first part that has it, and on its rank. New vertex numbers
+/// continue from part to part. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<SharedRows<D>> joined(CutMesh<D> cut, Ranks& ranks);
 
@@ -201,7 +200,8 @@ template <int D>
 
 namespace camber {
 
-/// For each simplex: 1 if this is the first rank that has it. `simplices`: ascending vertex numbers.
+/// For each simplex, returns 1 if this is the first rank that has it, else 0. `simplices` have ascending vertex
+/// numbers.
 template <std::size_t N>
 [[nodiscard]] Outcome<std::vector<std::uint8_t>> are_first(const std::vector<std::array<VertexId, N>>& simplices,
                                                            const std::vector<std::size_t>& first_vertices,
@@ -229,7 +229,7 @@ template <std::size_t N>
 
 export namespace camber {
 
-/// Initial geometry and groups, by initial vertex numbers.
+/// Initial geometry and groups. Vertices have their initial numbers.
 template <int D>
 struct InitialGeometry {
     std::size_t vertices = 0;
@@ -237,12 +237,12 @@ struct InitialGeometry {
     Column<Group> groups;
 };
 
-/// File rows of a remeshed mesh, shared among ranks; equal to `finished` for a whole mesh.
+/// File rows of a remeshed mesh, shared among ranks. Together they equal `finished` for the whole mesh.
 template <int D>
 struct FinishedRows {
     FilePart<D, 1> part;
     PartTotals totals;
-    LinearMesh<D> lists;  ///< on all ranks
+    LinearMesh<D> lists;  ///< the same on all ranks
 };
 /// Errors: memory.
 template <int D>
@@ -257,8 +257,8 @@ template <int D>
 [[nodiscard]] Outcome<MeasuredRows> measured_rows(const SharedRows<D>& shared, Ranks& ranks,
                                                   const Execution& execution);
 
-/// Remeshing of blocks with fixed rims, repeated with other blocks. Ranks share the blocks; the field and the geometry
-/// are on all.
+/// Remeshing of blocks with fixed block boundaries, repeated with other blocks. Ranks share the blocks; the field and
+/// the geometry are on all ranks.
 struct RemeshBlocksOptions {
     int blocks = 0;
 
@@ -274,49 +274,48 @@ struct RemeshBlocksOptions {
     friend bool operator==(const RemeshBlocksOptions&, const RemeshBlocksOptions&) = default;
 };
 
-/// An iteration of cut, remesh and join.
+/// One iteration: cut the mesh, remesh the blocks and join them.
 struct BlockIteration {
     double shift = 0;  ///< see cut_into_parts
-    int rounds = 1;    ///< maximum rounds of collapse, split, swap and smooth; then mend
+    int rounds = 1;    ///< maximum number of rounds (collapse, split, swap and smooth); then mend
     /// `loose`: all rounds use the limits ToMetricOptions::early_collapse_longest, early_split_longest and
     /// early_split_shortest.
     enum class Lengths : std::uint8_t { loose, strict } lengths = Lengths::strict;
-    double coarser = 1;  ///< factor on all sizes for splits
+    double coarser = 1;  ///< factor for all sizes when edges are split
 };
 
-/// The rims of one iteration are inside the blocks of the next.
+/// Iterations of a run. The block boundaries of one iteration are inside the blocks of the next.
 template <int D>
 [[nodiscard]] std::vector<BlockIteration> block_iterations(const ToMetricOptions& options);
 
-/// `elements`: expected elements per block.
+/// `elements` is the expected number of elements of a block.
 struct BlockRemeshing {
     std::size_t elements = 0;
     Ranks& ranks;
 };
 
-/// A shared mesh between block iterations.
 template <int D>
 struct RemeshedRows {
     SharedRows<D> shared;
     InitialGeometry<D> original = {};
-    ToMetricStatistics statistics = {};  ///< so far, without `after`
+    ToMetricStatistics statistics = {};  ///< of the iterations so far, without `after`
 };
 
-/// Adds to the statistics of passes and rounds. Errors: those of remesh_to_metric.
+/// Runs one iteration, and adds to the statistics of passes and rounds. Errors: those of remesh_to_metric.
 template <int D>
 [[nodiscard]] Outcome<RemeshedRows<D>> run_block_iteration(RemeshedRows<D> rows, const AdaptationGoal<D>& goal,
                                                            const ToMetricOptions& options, const BlockRemeshing& by,
                                                            const BlockIteration& turn, const StepWrapper& around);
 
-/// Remeshes a linear mesh that all ranks have, with a shared result that depends only on the mesh and the block size.
-/// Errors: those of remesh_to_metric; degree 2 and surface meshes (unsupported).
+/// Remeshes a linear mesh that all ranks have. The result is shared among ranks, and depends only on the mesh and the
+/// block size. Errors: those of remesh_to_metric; degree 2 and surface meshes (unsupported).
 template <int D>
 [[nodiscard]] Outcome<RemeshedRows<D>> remesh_shared_rows(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                           const ToMetricOptions& options, const BlockRemeshing& by,
                                                           const std::vector<BlockIteration>& turns,
                                                           const StepWrapper& around);
 
-/// The same, with the whole result on all ranks.
+/// Like remesh_shared_rows, with the whole result on all ranks.
 template <int D>
 [[nodiscard]] Outcome<RemeshResult<D>> remesh_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                         const ToMetricOptions& options, const BlockRemeshing& by,

@@ -1,4 +1,4 @@
-// An adapted mesh as plain rows: whole, in parts, or shared among ranks.
+// Converts an adapted mesh to plain rows: whole, in parts, or shared among ranks.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,6 @@ namespace camber {
 
 namespace {
 
-/// Extracts rows without free slots. `row(v)`: row of a vertex.
 template <int D>
 class Rows {
   public:
@@ -43,7 +42,6 @@ class Rows {
             out.facets[row++].sides = static_cast<std::uint8_t>(valid);
         }
     }
-    /// Skips lines [first, last).
     void lines(AdaptationRows<D>& out, std::size_t first, std::size_t last) const {
         const DynamicMesh<D>& mesh = r_.mesh;
         for (std::size_t l = 0; l < mesh.lines.size(); ++l) {
@@ -199,7 +197,7 @@ Outcome<AdaptationRows<D>> rows_of_part(const AdaptedPart<D>& part, const Adapta
         rows.elements(out);
         rows.facets(out);
         rows.lines(out, before.lines.size(), before.lines.size() + part.rim_lines);
-        // Facets between two parts are unchanged and keep their rows.
+        // A facet between two parts is unchanged, so it keeps its marks and sides.
         for (std::size_t f = 0, row = 0; f < before.facets.size(); ++f) {
             if (part.state.mesh.is_free(FacetId(f))) continue;
             if (before.facets[f].marks.has(Mark::frozen)) {
@@ -219,7 +217,7 @@ bool is_frozen(const AdaptationRows<D>& rows, VertexId v) {
     return rows.vertices[v.index()].state.marks.has(Mark::frozen);
 }
 
-/// Lines without elements; their ends are frozen.
+/// Lines without elements. Both ends of such a line are frozen.
 template <int D>
 std::set<std::array<VertexId, 2>> lines_without_elements(const AdaptationRows<D>& whole) {
     std::set<std::array<VertexId, 2>> shared_lines;
@@ -235,7 +233,6 @@ std::set<std::array<VertexId, 2>> lines_without_elements(const AdaptationRows<D>
     return shared_lines;
 }
 
-/// Separates entities with and without elements.
 template <int D>
 class Sharing {
   public:
@@ -335,12 +332,11 @@ class Sharing {
     const AdaptationRows<D>& whole_;
     const Ranks& ranks_;
     std::set<std::array<VertexId, 2>> shared_lines_;
-    Buffer<VertexId> number_;  ///< invalid without elements
+    Buffer<VertexId> number_;
     Buffer<VertexId> of_;
-    Buffer<VertexId> ids_;  ///< output row of each vertex
+    Buffer<VertexId> ids_;
 };
 
-/// Replaces vertex rows by vertex numbers.
 template <int D>
 void name_by_numbers(AdaptationRows<D>& rows) {
     const auto rename = [&](auto& simplices) {
@@ -378,7 +374,7 @@ AdaptationRows<D> numbered_rows(SharedRows<D> shared, const Ranks& ranks) {
     shared.rows.vertices.resize(shared.own_vertices(ranks));
     std::size_t next = shared.vertices();
     for (AdaptedVertex<D>& v : shared.without_elements.vertices)
-        if (!v.number.valid()) {  // only on the last rank
+        if (!v.number.valid()) {  // such vertices are only on the last rank
             v.number = VertexId(next++);
             shared.rows.vertices.push_back(v);
         }

@@ -1,4 +1,4 @@
-// Metric field of blocks, and nodes of their edges.
+// Computes the metric field of blocks, and the nodes of their edges.
 module;
 #include <algorithm>
 #include <cstddef>
@@ -95,7 +95,8 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
             auto nodes =
                 noticeable_nodes<D>(state.mesh, state.extended.all(state.mesh), logs, without_progress(execution));
             if (!nodes) return fail(nodes.error());
-            // Searches start at the back mesh's nodes. Nodes for accuracy also follow walls with small sag.
+            // The searches start at the nodes of the back mesh. For nodes optimised for accuracy, these would also
+            // follow boundaries with small sag.
             if (run.by->edges.aim != CurvingAim::accuracy)
                 state.base = starting_at(state, run.by->surface, MovedNodes<D>(state.mesh, *nodes));
             back_nodes.push_back(std::move(*nodes));
@@ -140,7 +141,6 @@ Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
     return update_ghost_rows<LagrangeNode<D>>(run.edges, run.ranks, columns_of(run.states, &PartState<D>::nodes));
 }
 
-/// Limits offsets by smooth loss and by the Jacobian.
 template <int D>
 Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* rows, double bound,
                             const Execution& execution) {
@@ -164,7 +164,7 @@ Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* row
     return Done{};
 }
 
-/// See slid_input of camber.recipes.
+/// Slides boundary nodes; see slid_input of camber.recipes.
 template <int D>
 Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
     WholeSurface<D>& surface = run.by->surface;
@@ -198,7 +198,6 @@ Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
     return Done{};
 }
 
-/// Adds offsets to base nodes, and counts curved edges.
 template <int D>
 void place_nodes(BlockRun<D>& run, PartState<D>& state) {
     state.nodes = std::move(state.base);
@@ -213,7 +212,6 @@ void place_nodes(BlockRun<D>& run, PartState<D>& state) {
     state.offsets = {};
 }
 
-/// Limited offsets: slides in planes, then volume edges.
 template <int D>
 Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
     auto done = run.each_part(part_of(execution, 0, 0.6), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {

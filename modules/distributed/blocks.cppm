@@ -1,4 +1,4 @@
-// Curving by blocks: goals, state of a run, regions, the whole surface, curved parts as file rows.
+// Curving by blocks: its goals, the state of a run, regions, the whole surface, and curved parts as file rows.
 module;
 #include <algorithm>
 #include <array>
@@ -29,7 +29,7 @@ import :ranks;
 
 namespace camber {
 
-/// Midpoint of the chord, which a straight mesh need not store.
+/// Midpoint of the chord, which need not be stored for a straight mesh.
 template <int D>
 [[nodiscard]] LagrangeNode<D> straight_node(const QuadraticMesh<D>& mesh, EdgeId e) {
     const auto& [a, b] = mesh.edges.vertices[e];
@@ -46,7 +46,7 @@ template <int D>
 template <int D>
 class MovedNodes {
   public:
-    MovedNodes() = default;  ///< unknown nodes
+    MovedNodes() = default;  ///< the nodes are unknown
     MovedNodes(const QuadraticMesh<D>& mesh, const Buffer<LagrangeNode<D>>& nodes) : is_known_(true) {
         for (std::size_t e = 0; e < nodes.size(); ++e)
             if (nodes[e] != straight_node(mesh, EdgeId(e))) edges_.emplace_back(e), nodes_.push_back(nodes[e]);
@@ -60,7 +60,6 @@ class MovedNodes {
         return found != edges_.end() && *found == e ? nodes_[static_cast<std::size_t>(found - edges_.begin())]
                                                     : straight_node(mesh, e);
     }
-    /// One per edge.
     [[nodiscard]] Buffer<LagrangeNode<D>> all(const QuadraticMesh<D>& mesh) const {
         Buffer<LagrangeNode<D>> nodes = straight_nodes(mesh);
         for (std::size_t i = 0; i < edges_.size(); ++i) nodes[edges_[i].index()] = nodes_[i];
@@ -74,29 +73,29 @@ class MovedNodes {
 
   private:
     bool is_known_ = false;
-    Buffer<EdgeId> edges_;  ///< ascending
+    Buffer<EdgeId> edges_;
     Buffer<LagrangeNode<D>> nodes_;
 };
 
-/// State of a part between two steps. Rows in the rings are copies from owners.
+/// State of a part between two steps. Rows of the rings are copies from owner parts.
 template <int D>
 struct PartState {
-    QuadraticMesh<D> mesh;  ///< straight, without nodes
+    QuadraticMesh<D> mesh;  ///< straight; its edge nodes are not stored
     Incidence<ElementId> shells;
     OwnVertices owned;
     EdgeId first_edge, last_edge;
     Column<EdgeKind> kinds;
-    Column<EdgeKind> kinds_with_following;  ///< empty: `kinds`
+    Column<EdgeKind> kinds_with_following;  ///< empty: equal to `kinds`
     Column<EdgeId> on_surface;              ///< edge of the whole surface, or invalid
-    Buffer<LagrangeNode<D>> base;           ///< initial nodes, while needed
-    MovedNodes<D> extended;                 ///< unknown: no displacement
-    Buffer<LogMetric<D>> log_metrics;       ///< empty: the field has its own mesh
-    MovedNodes<D> back_nodes;               ///< of the field's mesh; unknown: straight
-    Buffer<Vec<D>> slides, offsets;         ///< empty: no movement
+    Buffer<LagrangeNode<D>> base;
+    MovedNodes<D> extended;            ///< unknown: no displacement
+    Buffer<LogMetric<D>> log_metrics;  ///< empty: the field has its own mesh
+    MovedNodes<D> back_nodes;          ///< edge nodes of the field's mesh; unknown: the mesh is straight
+    Buffer<Vec<D>> slides, offsets;    ///< empty: nodes do not move
     Buffer<LagrangeNode<D>> nodes;
 
     [[nodiscard]] bool owns(EdgeId e) const { return e >= first_edge && e < last_edge; }
-    /// Edge kinds, with `fixed` for edges of other parts.
+    /// Edge kinds, where edges of other parts are `fixed`.
     [[nodiscard]] Column<EdgeKind> own_kinds() const {
         Buffer<EdgeKind> own(kinds.begin(), kinds.end());
         for (std::size_t e = 0; e < own.size(); ++e)
@@ -105,7 +104,6 @@ struct PartState {
     }
 };
 
-/// Visits the arrays whose size depends on the part.
 template <int D>
 void each_array(PartState<D>& state, const auto& visit) {
     visit(state.mesh.edges.vertices);
@@ -133,19 +131,19 @@ template <int D, class T>
     return columns;
 }
 
-/// Elements and rings around them, on one rank.
+/// Some elements and the rings around them, collected on one rank.
 template <int D>
 struct Region {
     QuadraticMesh<D> mesh;  ///< without facets
     std::vector<GlobalNumber> vertices, elements;
-    Buffer<std::uint8_t> outer;  ///< 1: has elements outside the region
+    Buffer<std::uint8_t> outer;  ///< 1: the vertex has elements outside the region
     Buffer<LogMetric<D>> log_metrics;
     Column<EdgeKind> kinds;
-    Buffer<LagrangeNode<D>> extended, back_nodes;  ///< empty if parts have none
+    Buffer<LagrangeNode<D>> extended, back_nodes;  ///< empty if the parts have none
 };
 
-/// Regions around elements of all ranks, without common vertices, each on the rank of the lowest of its `elements`.
-/// They do not depend on the number of ranks.
+/// Collects the regions around `elements` of all ranks. Regions have no common vertices. Each is on the rank of the
+/// lowest of its `elements`. Regions do not depend on the number of ranks.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Region<D>>> regions_around(const RingedParts<D>& parts,
                                                              const std::vector<PartState<D>>& states,
@@ -158,9 +156,10 @@ export namespace camber {
 
 template <int D>
 struct BlocksGoal {
-    /// Boundary features and geometry, from a mesh without elements. Null: smooth surfaces through its vertices.
+    /// Boundary features and geometry of a mesh without elements. Null: the surfaces are smooth and interpolate its
+    /// vertices.
     std::function<Outcome<Boundary<D>>(const LinearMesh<D>&, const EdgeSet<D>&, const Execution&)> boundary = {};
-    /// Metric at vertices of a part, with their global numbers. Null: metric of the mesh.
+    /// Metric at the vertices of a part, given their global numbers. Null: the metric of the mesh.
     std::function<Outcome<Column<LogMetric<D>>>(const LinearMesh<D>&, std::span<const GlobalNumber>, const Execution&)>
         metric = {};
 };
@@ -192,73 +191,72 @@ struct CurveBlocksOptions {
     BoundaryTolerance tolerance = {};
 };
 
-/// Verdicts of all ranks.
 struct BlocksValidation {
-    std::size_t invalid = 0, undecided = 0;  ///< no certificate of det J > 0
-    std::size_t below_bound = 0;             ///< other elements below the bound
-    double smallest = 1;                     ///< scaled Jacobian
-    GlobalNumber worst = 0;                  ///< element with the smallest
+    std::size_t invalid = 0, undecided = 0;  ///< elements without a certificate of det J > 0
+    std::size_t below_bound = 0;             ///< other elements, below the required bound
+    double smallest = 1;                     ///< minimum scaled Jacobian
+    GlobalNumber worst = 0;                  ///< element with this minimum
 
     [[nodiscard]] std::size_t not_valid() const { return invalid + undecided + below_bound; }
 };
 
-/// Nodes in the rings are copies from owners.
+/// A curved part. Nodes in its rings are copies from owner parts.
 template <int D>
 struct CurvedPart {
     QuadraticMesh<D> mesh;
-    EdgeId first_edge, last_edge;  ///< own edges: [first_edge, last_edge)
+    EdgeId first_edge, last_edge;  ///< own edges are [first_edge, last_edge)
 };
 
-/// Crossing walls at the end; global facet numbers.
+/// Boundary crossings at the end of a run, with global facet numbers.
 template <int D>
 struct WallsOfBlocks {
     Crossings crossings;
-    std::size_t crossing_before = 0;       ///< crossing pairs of the straight mesh, if any remain
-    std::array<Box<D>, 2> first_crossing;  ///< of the first crossing pair, if any
-    MoveBackStatistics<D> moved;           ///< moved back to uncross walls
+    std::size_t crossing_before = 0;  ///< crossing pairs of the straight mesh, computed if crossings remain
+    std::array<Box<D>, 2> first_crossing;
+    MoveBackStatistics<D> moved;
 };
 
 /// Final deviation of the whole boundary from its geometry, with global numbers.
 template <int D>
 struct DeviationOfBlocks {
-    BoundaryDeviation found;             ///< ids of the boundary mesh
-    std::array<GlobalNumber, 2> edge{};  ///< ends of the worst edge, if any
+    BoundaryDeviation found;  ///< with ids of the boundary mesh
+    std::array<GlobalNumber, 2> edge{};
     Vec<D> node{};
-    GlobalNumber vertex = 0;  ///< worst vertex, if any
+    GlobalNumber vertex = 0;
     Vec<D> point{};
 };
 
-/// Own curved parts, and results of all ranks.
+/// The curved parts of this rank, and results of all ranks.
 template <int D>
 struct CurvedBlocks {
     RingedParts<D> parts;
-    std::vector<CurvedPart<D>> curved;      ///< own parts
-    std::vector<GlobalNumber> first_edges;  ///< of all parts, and the total
+    std::vector<CurvedPart<D>> curved;
+    std::vector<GlobalNumber> first_edges;  ///< first edge of each part, and the total
     RowCounts counts;
-    CurveStatistics statistics;  ///< of all ranks
+    CurveStatistics statistics;
     BlocksValidation before, after;
     RepairStatistics repair;
     WallsOfBlocks<D> walls;
     DeviationOfBlocks<D> deviation;
-    std::size_t iterations = 0;  ///< of the extension
+    std::size_t iterations = 0;
 };
 
-/// Boundary of a mesh in blocks, complete on each rank, because features, patches and surfaces are not local. Without
-/// elements, in whole-mesh order.
+/// Boundary of a mesh in blocks, complete on each rank, because features, patches and surfaces are not local. It has no
+/// elements, and the order of the whole mesh.
 template <int D>
 struct WholeSurface {
-    QuadraticMesh<D> mesh;               ///< with nodes of `elevate`
+    QuadraticMesh<D> mesh;
     std::vector<GlobalNumber> vertices;  ///< ascending global numbers
     Boundary<D> boundary;
-    CurveInput<D> input;  ///< see curve_input
+    CurveInput<D> input;
 
-    /// Local id of each number (ascending), or an invalid id.
+    /// Local id of each of the ascending numbers, or an invalid id.
     [[nodiscard]] std::vector<VertexId> places_of(std::span<const GlobalNumber> numbers) const;
-    /// Returns an invalid id if there is none.
+    /// Edge between a and b, or an invalid id.
     [[nodiscard]] EdgeId find(GlobalNumber a, GlobalNumber b) const;
 };
 
-/// Errors: those of the rows, find_boundary and curve_input; required elements (unsupported).
+/// Reads the boundary. Errors: those of the rows, find_boundary and curve_input; required elements (unsupported).
 template <int D>
 [[nodiscard]] Outcome<WholeSurface<D>> whole_surface(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
                                                      const Execution& execution);
@@ -278,18 +276,18 @@ template <int D>
 struct BlockRun {
     const MeshRows<D>& rows;
     const BlocksGoal<D>& goal;
-    CurveBlocksOptions options;  ///< of the steps so far
+    CurveBlocksOptions options;
     Ranks& ranks;
     CurvedBlocks<D> out = {};
-    std::vector<PartState<D>> states = {};  ///< own parts
+    std::vector<PartState<D>> states = {};
     Halo edges = {}, vertices = {};
     std::optional<BetweenRingedParts<D>> between = {};
     std::optional<CurvingContext<D>> by = {};
-    std::optional<RepairOptions> judged_for = {};  ///< options of the last verdicts
-    std::vector<GlobalNumber> to_repair = {};      ///< own invalid elements, and those below the target, ascending
-    bool is_displaced = false;                     ///< some rank has an extension
+    std::optional<RepairOptions> judged_for = {};
+    std::vector<GlobalNumber> to_repair = {};  ///< own elements that are invalid or below the target, ascending
+    bool is_displaced = false;                 ///< some rank has an extension
 
-    /// Calls f for own parts. New arrays of the state are copied to persistent memory (PartMemory).
+    /// Calls f for own parts. Arrays that f creates in a state are copied to persistent memory (PartMemory).
     Outcome<Done> each_part(const Execution& execution, const auto& f) {
         if (!options.blocks.memory.before) return each_resident_part(execution, f);
         return each_resident_part(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
@@ -301,7 +299,7 @@ struct BlockRun {
             return done;
         });
     }
-    /// Calls f for own parts; f may store results outside the states.
+    /// Calls f for own parts, where f may store results outside the states.
     Outcome<Done> each_resident_part(const Execution& execution, const auto& f) {
         for (std::size_t p = 0; p < states.size(); ++p) {
             auto done = f(states[p], out.parts.own[p]);
@@ -312,7 +310,7 @@ struct BlockRun {
         return Done{};
     }
 
-    /// Collects value_of(part, edge, surface edge), if any, from owner parts.
+    /// Calls value_of(part, edge, surface edge) for own edges on the surface, and stores the values of all ranks.
     Outcome<Done> gather_on_surface(std::span<Vec<D>> values, const auto& value_of) {
         struct Found {
             std::uint64_t at = 0;
@@ -332,25 +330,24 @@ struct BlockRun {
     }
 };
 
-/// Makes the surface, and maps the edges of each part to it.
+/// Makes the surface, and maps the edges of each part to its edges.
 template <int D>
 [[nodiscard]] Outcome<Done> find_surface(BlockRun<D>& run, const Execution& execution);
 
-/// Extends the displacement of boundary curves over faces (extend_over_faces), then that of faces into the volume
-/// (extend_boundary).
+/// Extends the displacement of boundary curves over faces (extend_over_faces), then the displacement of faces into the
+/// volume (extend_boundary).
 template <int D>
 [[nodiscard]] Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution);
 
-/// Metric at the vertices, and nodes of its back mesh.
+/// Computes the metric at the vertices, and the nodes of its background mesh.
 template <int D>
 [[nodiscard]] Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution);
 
-/// Initial nodes: `nodes` for volume edges, surface nodes for the others.
+/// Returns initial nodes: `nodes` for volume edges, surface nodes for the others.
 template <int D>
 [[nodiscard]] Buffer<LagrangeNode<D>> starting_at(const PartState<D>& state, const WholeSurface<D>& surface,
                                                   const MovedNodes<D>& nodes);
 
-/// Metric field on a submesh, and on a part.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, Buffer<LagrangeNode<D>> back_nodes,
                                             const Buffer<LogMetric<D>>& log_metrics, StoredGradients stored,
@@ -362,17 +359,17 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> curve_nodes(BlockRun<D>& run, const Execution& execution);
 
-/// `relax_blocks` repairs invalid elements.
+/// Computes verdicts, and lists the elements that `relax_blocks` repairs.
 template <int D>
 [[nodiscard]] Outcome<Done> validate_blocks(BlockRun<D>& run, const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution);
 
-/// Moves boundary nodes back at crossing walls (`uncross_walls`). Each rank checks the whole surface.
+/// Moves boundary nodes back where facets cross (`uncross_walls`). Each rank checks the whole surface.
 template <int D>
 [[nodiscard]] Outcome<Done> uncross_blocks(BlockRun<D>& run, const Execution& execution);
 
-/// Measures the boundary deviation; each rank measures the whole surface.
+/// Measures the boundary deviation. Each rank measures the whole surface.
 template <int D>
 [[nodiscard]] Outcome<Done> measure_blocks(BlockRun<D>& run, const Execution& execution);
 
@@ -380,30 +377,29 @@ template <int D>
 
 export namespace camber {
 
-/// Steps of the curving pipeline in blocks. Each rank works on its parts with two rings, and exchanges rows after each
-/// step. Nodes equal those of a whole-mesh run up to rounding in sums over the mesh. All ranks call all steps in the
-/// order of declaration. The mesh must be sound (check_part). Errors: those of the steps on a whole mesh.
+/// Steps of the curving pipeline in blocks. Each rank works on its parts with two rings of elements, and exchanges rows
+/// after each step. Nodes equal those of a run on the whole mesh, up to rounding in sums over the mesh. All ranks call
+/// all steps in the order of declaration. The mesh must be sound (check_part). Errors: those of the steps on a whole
+/// mesh.
 template <int D>
 class BlockSteps {
   public:
-    /// The arguments must outlive it.
+    /// The arguments must outlive the object.
     BlockSteps(const MeshRows<D>& rows, const BlocksGoal<D>& goal, const BlockOptions& blocks, Ranks& ranks);
     BlockSteps(BlockSteps&&) noexcept;
     BlockSteps& operator=(BlockSteps&&) noexcept;
     ~BlockSteps();
 
-    /// Steps: split, elevate.
+    /// Runs the steps split and elevate.
     [[nodiscard]] Outcome<Done> elevate(const StepWrapper& around);
-    /// Steps: surface, extension, metric, curve. Errors (unsupported): objectives without a metric, boundary nodes that
-    /// are not projected, metrics derived from the mesh.
+    /// Runs the steps surface, extension, metric and curve. Errors (unsupported): objectives without a metric, boundary
+    /// nodes that are not projected, metrics derived from the mesh.
     [[nodiscard]] Outcome<Done> curve(const ProposeOptions& options, const StepWrapper& around);
-    /// Computes verdicts for the bound of `repair`, and lists the elements to repair. Step: validate.
+    /// Computes verdicts for the bound of `repair`, and lists the elements to repair. Runs the step validate.
     [[nodiscard]] Outcome<Done> validate(const RepairOptions& repair, const StepWrapper& around);
-    /// Repairs elements, then uncrosses walls. Steps: relax, uncross.
+    /// Repairs elements, then removes crossings of facets. Runs the steps relax and uncross.
     [[nodiscard]] Outcome<Done> relax(const RepairOptions& options, const StepWrapper& around);
-    /// Step: measure.
     [[nodiscard]] Outcome<Done> measure(const BoundaryTolerance& tolerance, const StepWrapper& around);
-    /// Ends the run.
     [[nodiscard]] Outcome<CurvedBlocks<D>> finish() &&;
 
   private:
@@ -418,20 +414,19 @@ class BlockSteps {
 template <int D>
 class QuadraticParts {
   public:
-    /// The arguments must outlive it.
+    /// The arguments must outlive the object.
     [[nodiscard]] static Outcome<QuadraticParts> make(const MeshRows<D>& rows, const CurvedBlocks<D>& mesh,
                                                       Ranks& ranks);
 
     [[nodiscard]] PartTotals totals() const;
-    [[nodiscard]] std::size_t pieces() const { return pieces_; }  ///< equal on all ranks
-    /// Errors: those of the rows.
+    [[nodiscard]] std::size_t pieces() const { return pieces_; }
     [[nodiscard]] Outcome<FilePart<D, 2>> piece(std::size_t piece) const;
 
   private:
     QuadraticParts(const MeshRows<D>& rows, const CurvedBlocks<D>& mesh, Ranks& ranks)
         : rows_(&rows), mesh_(&mesh), ranks_(&ranks) {}
 
-    /// Adds edge nodes from owner parts. `begin`: row of the first simplex.
+    /// Returns simplices with their edge nodes, which the owner parts send. `begin` is the row of the first simplex.
     template <int K>
     [[nodiscard]] Outcome<SimplexRun<K, 2>> simplices(std::size_t begin, SimplexRows<K> rows_of_part) const;
 
@@ -439,10 +434,10 @@ class QuadraticParts {
     const CurvedBlocks<D>* mesh_;
     Ranks* ranks_;
     std::size_t pieces_ = 1, pieces_of_part_ = 1;
-    std::vector<Buffer<GlobalNumber>> edge_numbers_;  ///< by own part and edge
+    std::vector<Buffer<GlobalNumber>> edge_numbers_;
 };
 
-/// Whole mesh on a single rank, in row order. `linear`: straight mesh. Errors: memory, stopped.
+/// Whole mesh, in row order, if there is a single rank. `linear` is the straight mesh. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> joined(const CurvedBlocks<D>& of, LinearMesh<D> linear,
                                                const Execution& execution);

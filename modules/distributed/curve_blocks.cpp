@@ -30,7 +30,6 @@ auto unsound(const std::string& what, const char* kind, GlobalNumber row) {
                 "blocks are not repaired; repair the whole mesh first: camber convert IN -o OUT");
 }
 
-/// No row.
 constexpr std::size_t none = static_cast<std::size_t>(-1);
 
 template <int D>
@@ -61,8 +60,8 @@ std::vector<std::array<VertexId, D>> sorted_facets(const RingedPart<D>& part) {
     return facets;
 }
 
-/// Checks the guarantees of `prepare` of camber.soundness: positive elements, at most two on a face, facets on the
-/// boundary and between references. Errors (input): the first element, by file number from 1.
+/// Checks the guarantees of `prepare` of camber.soundness: elements are positive, at most two share a face, and facets
+/// exist on the boundary and between references. Errors (input): the first bad element, by file number from 1.
 template <int D>
 Outcome<Done> check_part(const RingedPart<D>& part, const Execution& execution) {
     const auto inverted = first_not_positive(part, execution);
@@ -95,10 +94,8 @@ Outcome<Done> check_part(const RingedPart<D>& part, const Execution& execution) 
     return Done{};
 }
 
-/// Target number of elements.
 constexpr std::size_t elements_of_piece = std::size_t{1} << 18U;
 
-/// File numbers of a part's rows, and edges of a row.
 template <int D, int K>
 std::span<const GlobalNumber> numbers_of(const RingedPart<D>& part) {
     if constexpr (K == D)
@@ -268,7 +265,6 @@ Outcome<Done> split_up(BlockRun<D>& run, const Execution& execution) {
     return Done{};
 }
 
-/// Edge numbers and halos.
 template <int D>
 Outcome<Done> connect(BlockRun<D>& run) {
     std::vector<EdgeSet<D>> edges;
@@ -291,7 +287,6 @@ Outcome<Done> connect(BlockRun<D>& run) {
     return Done{};
 }
 
-/// Own vertices, and first vertices of blocks.
 template <int D>
 OwnVertices owned_of(const PartLayout& layout, const RingedPart<D>& part) {
     OwnVertices owned{part.first, part.last};

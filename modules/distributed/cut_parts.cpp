@@ -15,9 +15,9 @@ namespace camber {
 
 namespace {
 
-/// Curve position: first vertex, then element number.
+/// Position of an element along the Morton curve: its first vertex, then its number.
 struct OnCurve {
-    std::uint64_t key = 0;  ///< Morton key
+    std::uint64_t key = 0;
     std::uint64_t vertex = 0, element = 0;
     friend auto operator<=>(const OnCurve&, const OnCurve&) = default;
 };
@@ -26,7 +26,7 @@ struct WeightOnCurve {
     std::uint64_t weight = 0;
 };
 
-/// Divides the curve about evenly: splitter r is the end of rank r and the start of rank r + 1.
+/// Divides the curve for the ranks: splitter r is the end of rank r and the start of rank r + 1.
 Outcome<std::vector<OnCurve>> splitters(Ranks& ranks, const std::vector<WeightOnCurve>& own) {
     constexpr std::size_t samples = 64;
     std::vector<OnCurve> some;
@@ -40,7 +40,6 @@ Outcome<std::vector<OnCurve>> splitters(Ranks& ranks, const std::vector<WeightOn
     return out;
 }
 
-/// Each rank gets a run of the sorted elements.
 Outcome<std::vector<WeightOnCurve>> sorted_among_ranks(Ranks& ranks, std::vector<WeightOnCurve> own) {
     if (ranks.size() == 1) return own;
     const auto split = splitters(ranks, own);
@@ -64,14 +63,13 @@ Outcome<std::vector<WeightOnCurve>> sorted_among_ranks(Ranks& ranks, std::vector
     return own;
 }
 
-/// Run number by weight, and its first element on a rank.
 struct Start {
     std::uint64_t run = 0;
     OnCurve at;
 };
 
-/// First elements of non-empty runs of about equal weight, `in_a_run` elements each (ElementWeights). `own`: sorted;
-/// the result does not depend on the distribution.
+/// First elements of runs of about equal weight, `in_a_run` expected elements each (ElementWeights). `own` must be
+/// sorted. The result does not depend on the distribution.
 Outcome<std::vector<OnCurve>> starts_of_runs(Ranks& ranks, std::vector<WeightOnCurve> own, std::size_t in_a_run) {
     const auto sorted = sorted_among_ranks(ranks, std::move(own));
     if (!sorted) return fail(sorted.error());
@@ -82,7 +80,7 @@ Outcome<std::vector<OnCurve>> starts_of_runs(Ranks& ranks, std::vector<WeightOnC
     const double elements = static_cast<double>(weight->all) / static_cast<double>(ElementWeights::one);
     const double target = elements / static_cast<double>(std::max<std::size_t>(in_a_run, 1));
     const auto runs = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(target)));
-    // Division by the weight of a run, because a product with the number of runs may overflow 64 bits.
+    // Weights are divided by the weight of a run, because a product with the number of runs may overflow 64 bits.
     const std::uint64_t size = std::max<std::uint64_t>(1, (weight->all + runs - 1) / runs);
     std::vector<Start> here;
     std::uint64_t before = weight->before;
@@ -98,36 +96,31 @@ Outcome<std::vector<OnCurve>> starts_of_runs(Ranks& ranks, std::vector<WeightOnC
     return starts;
 }
 
-/// Part of each own element, and parts of each rank.
 struct PlannedParts {
     Buffer<PartNumber> of_elements;
-    std::vector<std::size_t> firsts;  ///< first part of each rank, and the total
+    std::vector<std::size_t> firsts;
 };
 
-/// Global numbers of this rank's first simplices.
 struct FirstNumbers {
     std::size_t element = 0, facet = 0, line = 0;
 };
 
-/// A part with elements at a vertex.
 struct PartAt {
     VertexId number;
     PartNumber part = 0;
     auto operator<=>(const PartAt&) const = default;
 };
 
-/// Collects rows for the ranks of their parts.
 template <int D>
 class RowSender {
   public:
     RowSender(const SharedRows<D>& shared, const PlannedParts& parts, const Incidence<ElementId>& around, Ranks& ranks)
         : shared_(shared), rows_(shared.rows), parts_(parts), around_(around), ranks_(ranks), to_(ranks.size()) {}
 
-    /// `along`: elements in curve order.
     Outcome<std::vector<SentRows<D>>> rows(const std::vector<std::uint32_t>& along, const FirstNumbers& first) {
         auto at_shared = parts_at_shared();
         if (!at_shared) return fail(at_shared.error());
-        // Elements are first, so that their vertices are sent with them.
+        // Elements are sent first, with their vertices.
         ids_.assign(rows_.vertices.size(), VertexId{});
         rank_of_ids_.assign(rows_.vertices.size(), static_cast<std::uint32_t>(ranks_.size()));
         put_rank_by_rank(along, first);
@@ -139,13 +132,11 @@ class RowSender {
     }
 
   private:
-    /// True if other ranks may have elements there.
     template <std::size_t N>
     [[nodiscard]] bool may_be_beside(const std::array<VertexId, N>& simplex) const {
         return ranks_.size() > 1 &&
                std::ranges::all_of(simplex, [&](VertexId v) { return shared_.on_rim[v.index()] != 0; });
     }
-    /// Parts of all ranks at shared vertices of this rank; sorted.
     Outcome<std::vector<PartAt>> parts_at_shared() {
         if (ranks_.size() == 1) return std::vector<PartAt>();
         std::vector<std::vector<PartAt>> to(ranks_.size());
@@ -175,7 +166,6 @@ class RowSender {
         put_known(rows_.facets, first.facet, &SentRows<D>::facets);
         put_known(rows_.lines, first.line, &SentRows<D>::lines);
     }
-    /// Sends simplices whose elements are all on this rank.
     template <int K>
     void put_known(const Buffer<AdaptedSimplex<K>>& simplices, std::size_t first,
                    Buffer<SentSimplex<K>> SentRows<D>::* list) {
@@ -184,7 +174,7 @@ class RowSender {
             std::uint32_t row = 0;
             auto operator<=>(const Put&) const = default;
         };
-        std::vector<Put> puts;  // sorted by parts, and so by ranks
+        std::vector<Put> puts;  // sorted by part, and so by rank
         std::vector<PartNumber> found;
         for (std::size_t i = 0; i < simplices.size(); ++i) {
             const auto& vertices = simplices[i].vertices;
@@ -210,7 +200,6 @@ class RowSender {
         for (VertexId& v : simplex.vertices) v = id_on(rank, v);
         (to_[rank].*list).push_back({number, part, simplex});
     }
-    /// Row in the list for a rank. A vertex may be sent several times.
     VertexId id_on(std::size_t rank, VertexId v) {
         if (rank_of_ids_[v.index()] != rank) {
             rank_of_ids_[v.index()] = static_cast<std::uint32_t>(rank);
@@ -219,7 +208,7 @@ class RowSender {
         }
         return ids_[v.index()];
     }
-    /// Sends simplices with elements on other ranks: the owner of the lowest vertex knows all parts there.
+    /// Sends simplices that may have elements on other ranks. The owner of the lowest vertex knows all parts there.
     template <int K>
     Outcome<Done> put_by_owners(const Buffer<AdaptedSimplex<K>>& simplices, std::size_t first,
                                 const std::vector<PartAt>& at_shared, Buffer<SentSimplex<K>> SentRows<D>::* list) {
@@ -250,7 +239,7 @@ class RowSender {
     const Incidence<ElementId>& around_;
     Ranks& ranks_;
     std::vector<SentRows<D>> to_;
-    Buffer<VertexId> ids_;  ///< row on the rank it was last sent to
+    Buffer<VertexId> ids_;
     Buffer<std::uint32_t> rank_of_ids_;
 };
 
@@ -268,7 +257,7 @@ Outcome<PointBox<D>> grid(const SharedRows<D>& shared, double shift, Ranks& rank
             box.low[c] = std::min(box.low[c], one.low[c]);
             box.high[c] = std::max(box.high[c], one.high[c]);
         }
-    // Twice the extent, to contain the mesh for all shifts; computed from halves to avoid overflow.
+    // The grid has twice the extent, so that it contains the mesh for all shifts. Halves avoid overflow.
     PointBox<D> wide;
     for (int c = 0; c < D; ++c) {
         const double half = 0.5 * box.high[c] - 0.5 * box.low[c];
@@ -278,7 +267,6 @@ Outcome<PointBox<D>> grid(const SharedRows<D>& shared, double shift, Ranks& rank
     return wide;
 }
 
-/// Own elements in curve order.
 template <int D>
 struct AlongCurve {
     std::vector<std::uint32_t> elements;

@@ -1,4 +1,4 @@
-// Dual graph by rows, and the parts of a rank from a partitioner.
+// Builds the dual graph by rows, and the parts of a rank from the result of a partitioner.
 module;
 #include <algorithm>
 #include <array>
@@ -14,7 +14,6 @@ namespace camber {
 
 namespace {
 
-/// `vertices`: ascending.
 template <int D>
 struct FaceRow {
     SimplexVertices<D - 1> vertices{};
@@ -32,7 +31,6 @@ SimplexVertices<K> rising(SimplexVertices<K> vertices) {
     return vertices;
 }
 
-/// Sorted faces with their lowest vertex in this rank's run.
 template <int D>
 Outcome<std::vector<FaceRow<D>>> faces_on_rank(std::span<const SimplexVertices<D>> elements, std::size_t first,
                                                std::size_t vertices, Ranks& ranks) {
@@ -124,7 +122,6 @@ struct RowOfPart {
     std::int32_t part = 0;
 };
 
-/// Sorted rows of own parts.
 template <int K>
 Outcome<std::vector<RowOfPart<K>>> to_parts(Ranks& ranks, std::size_t parts, const std::vector<RowOfPart<K>>& rows) {
     std::vector<std::vector<RowOfPart<K>>> to(ranks.size());
@@ -136,7 +133,6 @@ Outcome<std::vector<RowOfPart<K>>> to_parts(Ranks& ranks, std::size_t parts, con
     return own;
 }
 
-/// Facets with the parts of their elements.
 template <int D>
 Outcome<std::vector<RowOfPart<D - 1>>> facets_with_parts(const std::vector<FacetRow<D>>& facets,
                                                          const Buffer<std::int32_t>& part_of_own, Run own,
@@ -165,7 +161,8 @@ Outcome<std::vector<RowOfPart<D - 1>>> facets_with_parts(const std::vector<Facet
     return rows;
 }
 
-/// On rank 0: feature edges with the parts of their lowest elements. All ranks have all (few) feature edges.
+/// Returns, on rank 0, the feature edges with the parts of their lowest elements. All ranks have all feature edges,
+/// because they are few.
 template <int D>
 Outcome<std::vector<RowOfPart<1>>> edges_with_parts(const RunsOfRank<D>& runs, Run own,
                                                     const Buffer<std::int32_t>& part_of_own, Ranks& ranks) {
@@ -210,7 +207,6 @@ Outcome<std::vector<RowOfPart<1>>> edges_with_parts(const RunsOfRank<D>& runs, R
     return out;
 }
 
-/// Index of a number, or the size if it is absent.
 std::size_t place_of(const std::vector<std::uint64_t>& numbers, std::uint64_t number) {
     const auto at = std::ranges::lower_bound(numbers, number);
     return at != numbers.end() && *at == number ? static_cast<std::size_t>(at - numbers.begin()) : numbers.size();

@@ -1,4 +1,4 @@
-// A single process is the only rank: it receives its own messages.
+// A single process is the only rank, and receives its own messages.
 #include <cstdio>
 #include <cstdlib>
 #include <vector>

@@ -18,7 +18,7 @@ namespace camber {
 
 namespace {
 
-/// Vertices of several parts by former numbers, with owners and new numbers.
+/// Vertices that were in the mesh before the cut, by their former numbers, with their owners and new numbers.
 template <int D>
 class SharedNumbers {
   public:
@@ -33,7 +33,7 @@ class SharedNumbers {
         numbers_.erase(std::ranges::unique(numbers_).begin(), numbers_.end());
     }
 
-    /// The lowest rank with a vertex becomes its owner; the former owner decides.
+    /// Finds the owners: the lowest rank that has a vertex. The former owner of the vertex decides.
     Outcome<Done> find_owners() {
         std::vector<std::vector<VertexId>> to(ranks_.size());
         for (const VertexId number : numbers_) to[rank_with(first_vertices_, number.index())].push_back(number);
@@ -55,7 +55,6 @@ class SharedNumbers {
         owners_ = std::move(*replies);
         return Done{};
     }
-    /// `now(i)`: new number of own vertex i.
     Outcome<Buffer<VertexId>> numbers_now(const auto& now) {
         std::vector<std::vector<VertexId>> to(ranks_.size());
         for (std::size_t i = 0; i < numbers_.size(); ++i) to[owners_[i]].push_back(numbers_[i]);
@@ -79,11 +78,10 @@ class SharedNumbers {
   private:
     const std::vector<std::size_t>& first_vertices_;
     Ranks& ranks_;
-    std::vector<VertexId> numbers_;  ///< ascending
+    std::vector<VertexId> numbers_;
     std::vector<std::uint32_t> owners_;
 };
 
-/// Rows of vertices: own ones first, in the order of the parts.
 template <int D>
 class JoinedVertices {
   public:
@@ -105,7 +103,6 @@ class JoinedVertices {
     }
     [[nodiscard]] VertexId row(std::size_t shared) const { return rows_[shared]; }
 
-    /// `first`: first own number; `now`: numbers of shared vertices.
     void move_into(SharedRows<D>& out, std::size_t first, const Buffer<VertexId>& now) {
         for (std::size_t v = 0; v < out_.size(); ++v) out_[v].number = VertexId(first + v);
         for (AdaptedVertex<D>& v : others_) v.number = now[shared_.at(v.number)];
@@ -135,12 +132,11 @@ class JoinedVertices {
 
     const SharedNumbers<D>& shared_;
     std::size_t own_ = 0;
-    Buffer<VertexId> rows_;  ///< by shared number
+    Buffer<VertexId> rows_;
     Buffer<AdaptedVertex<D>> out_, others_;
     Buffer<std::uint8_t> on_rim_;
 };
 
-/// Removes rows in `shared` that lower ranks have.
 template <int D, int K>
 Outcome<Done> select_first(SharedRows<D>& out, Buffer<AdaptedSimplex<K>>& simplices,
                            const std::vector<std::uint32_t>& shared, Ranks& ranks) {
@@ -164,7 +160,7 @@ Outcome<Done> select_first(SharedRows<D>& out, Buffer<AdaptedSimplex<K>>& simpli
     return Done{};
 }
 
-/// Facets have no other marks.
+/// Keeps `required` and `ridge`. The only other mark of a facet is `frozen`.
 Marks unfrozen_marks(Marks marks) {
     Marks out;
     for (const Mark mark : {Mark::required, Mark::ridge})
@@ -238,7 +234,7 @@ class Joining {
     SharedRows<D> out_;
     std::set<std::array<VertexId, D>> facets_;
     std::set<std::array<VertexId, 2>> lines_;
-    std::vector<std::uint32_t> between_, lines_between_;  ///< rows that other ranks may have
+    std::vector<std::uint32_t> between_, lines_between_;
 };
 
 }  // namespace
@@ -250,13 +246,11 @@ Outcome<SharedRows<D>> joined(CutMesh<D> cut, Ranks& ranks) {
 
 namespace {
 
-/// A preserved initial vertex.
 struct PreservedVertex {
     VertexId origin, now;
     Marks marks;
 };
 
-/// See compacted (camber.cavity).
 template <int D>
 class TransferredGeometry {
   public:
@@ -294,11 +288,10 @@ class TransferredGeometry {
     }
     [[nodiscard]] bool has_moved(VertexId origin) const { return marks_[origin.index()].has(Mark::moved); }
 
-    Buffer<VertexId> now_;  ///< by initial vertex number
+    Buffer<VertexId> now_;
     Buffer<Marks> marks_;
 };
 
-/// Consecutive runs of file rows over the ranks.
 template <int D>
 class Finishing {
   public:
@@ -332,7 +325,7 @@ class Finishing {
     }
 
   private:
-    /// Creases are always listed (`finished`); other lines only if the input lists them.
+    /// Creases are always written (`finished`); other lines only if the input has them.
     [[nodiscard]] static bool is_unlisted(Marks m) { return m.has(Mark::embedded) && m.has(Mark::implied); }
 
     Outcome<Done> begin_at(std::size_t own, std::uint64_t& first, std::uint64_t& total) {
@@ -358,7 +351,6 @@ class Finishing {
         required = std::move(*are);
         return Done{};
     }
-    /// Rows with such marks, of all ranks.
     Outcome<Buffer<std::uint32_t>> listed(const auto& rows, std::uint64_t first, const auto& is_listed) {
         std::vector<std::uint32_t> own;
         for (std::size_t i = 0; i < rows.size(); ++i)
@@ -397,7 +389,6 @@ class Finishing {
     FinishedRows<D> out_;
 };
 
-/// Unique edges by rows, lower number first.
 using EdgeRows = std::vector<std::array<VertexId, 2>>;
 template <int D>
 EdgeRows edges_on_rank(const AdaptationRows<D>& rows) {
@@ -414,7 +405,6 @@ EdgeRows edges_on_rank(const AdaptationRows<D>& rows) {
     return edges;
 }
 
-/// Edges that no lower rank has.
 template <int D>
 Outcome<EdgeRows> own_edges(const SharedRows<D>& shared, Ranks& ranks) {
     EdgeRows edges = edges_on_rank(shared.rows);

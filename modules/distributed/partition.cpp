@@ -1,4 +1,4 @@
-// Parts for solvers from quadratic rows, curved blocks and remeshed meshes.
+// Makes parts for solvers from quadratic rows, curved blocks and remeshed meshes.
 module;
 #include <algorithm>
 #include <array>
@@ -18,14 +18,12 @@ namespace {
 
 constexpr std::uint64_t no_node = std::numeric_limits<std::uint64_t>::max();
 
-/// Finds the node of each edge in the rows of its simplices.
 template <int D>
 class NodesOfEdges {
   public:
     NodesOfEdges(const QuadraticRows<D>& rows, const PartsOfRank<LinearMesh<D>>& of, const EdgeSet<D>& edges)
         : rows_(rows), of_(of), edges_(edges), nodes_(edges.size(), no_node) {}
 
-    /// One per edge. Errors: input.
     Outcome<std::vector<std::uint64_t>> find() {
         auto done = take<D>(of_.elements, [&](std::size_t e) { return edges_.of_elements[e]; });
         if (done) done = take<D - 1>(of_.facets, [&](std::size_t f) { return edges_.of_facets[f]; });
@@ -69,7 +67,6 @@ class NodesOfEdges {
     std::vector<std::uint64_t> nodes_;
 };
 
-/// `numbers`: in any order.
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> nodes_at(const QuadraticRows<D>& rows, const std::vector<std::uint64_t>& numbers) {
     auto rising = numbers;
@@ -140,7 +137,8 @@ Outcome<std::vector<NumberedNode<D>>> nodes_of(const CurvedBlocks<D>& mesh, cons
     std::vector<ToPart<Ends>> questions;
     questions.reserve(edges.size());
     for (const auto& [a, b] : edges.vertices) {
-        const Ends ends{vertices[a.index()], vertices[b.index()]};  // lower number first, like local ids
+        const Ends ends{vertices[a.index()], vertices[b.index()]};  // the lower number is first, because local ids have
+                                                                    // the same order
         questions.push_back({layout.part_with(ends[0]), ends});
     }
     return query<NumberedNode<D>>(ranks, layout, questions, [&](std::size_t p, const Ends& ends) {
@@ -217,13 +215,12 @@ SimplexRows<K> simplices_of(const std::vector<FileRow<K>>& rows) {
     return result;
 }
 
-/// Redistributes runs evenly.
 template <int K>
 Outcome<SimplexRows<K>> evened(const SimplexRun<K, 1>& run, std::size_t total, Ranks& ranks) {
     std::vector<std::vector<FileRow<K>>> to(ranks.size());
     for (std::size_t i = 0; i < run.nodes.size(); ++i)
         to[rank_of_row(run.first + i, total, ranks.size())].push_back(file_row<K>(run, i));
-    // Rows of lower ranks come first.
+    // The result is in file order, because rows of lower ranks come first.
     const auto own = exchanged_values<FileRow<K>>(ranks, std::move(to));
     if (!own) return fail(own.error());
     return simplices_of<K>(*own);
@@ -260,7 +257,7 @@ Outcome<PointRows<D>> points_of_run(const PointRun<D>& own, const std::vector<st
     for (std::size_t r = 0; r < ranks.size(); ++r)
         for (const std::uint64_t v : (*requests)[r])
             answers[r].push_back({own.points[v - own.first], own.references[v - own.first]});
-    // Vertices are ascending, and so are their ranks.
+    // The answers are in order, because vertices are ascending and so are their ranks.
     const auto all = exchanged_values<PointRow<D>>(ranks, std::move(answers));
     if (!all) return fail(all.error());
     return point_rows(*all);

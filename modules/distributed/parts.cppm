@@ -1,4 +1,4 @@
-// Parts of a mesh with two rings of elements, meshes read by rows, routing and halos.
+// Parts of a mesh with two rings of elements, meshes read by rows, messages to parts, and halos.
 module;
 #include <algorithm>
 #include <array>
@@ -21,27 +21,28 @@ import :ranks;
 
 export namespace camber {
 
-/// Number of a vertex, element … of the whole mesh, from 0; may exceed 32 bits.
+/// Number of a vertex, element or other entity in the whole mesh, from 0; may exceed 32 bits.
 using GlobalNumber = std::uint64_t;
 
-/// Callbacks around the work on a part, to limit memory. May be null.
+/// Callbacks around the work on a part, to limit memory. Each may be null.
 struct PartMemory {
-    std::function<void()> before = {};  ///< later allocations are released with the part
-    std::function<void()> after = {};   ///< later allocations are persistent
+    std::function<void()> before = {};  ///< memory allocated after this call is released with the part
+    std::function<void()> after = {};   ///< memory allocated after this call is persistent
     std::function<void()> leave = {};   ///< persistent data may be paged out
 };
 
 inline constexpr std::size_t default_block_elements = std::size_t{1} << 18U;
 
 struct BlockOptions {
-    std::size_t elements = default_block_elements;  ///< approximate, per block
-    /// Maximum number of elements in a part of several blocks; a rank works part by part. Results do not depend on it.
+    std::size_t elements = default_block_elements;  ///< approximate number of elements in a block
+    /// Maximum number of elements in a part that consists of several blocks. A rank processes its parts one after the
+    /// other. Results do not depend on it.
     std::size_t elements_at_once = std::numeric_limits<std::size_t>::max();
     PartMemory memory = {};
 };
 
-/// Runs of vertices of blocks, and of blocks of ranks. An edge, facet or element belongs to the block of its lowest
-/// vertex. A part is a run of blocks that a rank processes at once.
+/// Distribution of a mesh. A block is a run of vertices, and each rank has a run of blocks. An edge, facet or element
+/// belongs to the block of its lowest vertex. A part is a run of blocks that a rank processes at once.
 struct PartLayout {
     std::vector<GlobalNumber> first_of_blocks;  ///< first vertex of each block, and the total
     std::vector<GlobalNumber> first_vertices;   ///< first vertex of each part, and the total
@@ -57,7 +58,7 @@ struct PartLayout {
     }
     [[nodiscard]] std::size_t begin_of(std::size_t rank) const { return first_parts[rank]; }
     [[nodiscard]] std::size_t end_of(std::size_t rank) const { return first_parts[rank + 1]; }
-    /// First vertices of a part's blocks after the first.
+    /// First vertices of a part's blocks, except the first block.
     [[nodiscard]] std::span<const GlobalNumber> later_blocks(std::size_t part) const {
         const auto begin = std::ranges::upper_bound(first_of_blocks, first_vertices[part]);
         return {begin, std::ranges::lower_bound(first_of_blocks, first_vertices[part + 1])};
@@ -69,8 +70,8 @@ struct PartLayout {
 template <int D>
 struct RingedPart {
     LinearMesh<D> mesh;
-    Column<GlobalNumber> vertices, elements, facets, edges;  ///< global numbers; edges: feature edges
-    VertexId first, last;                                    ///< own vertices: [first, last)
+    Column<GlobalNumber> vertices, elements, facets, edges;  ///< global numbers of entities; `edges`: feature edges
+    VertexId first, last;                                    ///< own vertices are [first, last)
 
     [[nodiscard]] bool owns(VertexId v) const { return v >= first && v < last; }
     template <std::size_t N>
@@ -79,7 +80,6 @@ struct RingedPart {
     }
 };
 
-/// Visits the arrays whose size depends on the part.
 template <int D>
 void each_array(RingedPart<D>& part, const auto& visit) {
     const auto visit_simplices = [&](auto& simplices) {
@@ -96,7 +96,7 @@ void each_array(RingedPart<D>& part, const auto& visit) {
     visit(part.facets);
     visit(part.edges);
 }
-/// `copy_new_arrays` copies arrays that differ from `before` into new memory.
+/// `copy_new_arrays` copies arrays that changed since `before` (from `arrays_of`) into new memory.
 template <class T>
 [[nodiscard]] std::vector<const void*> arrays_of(T& thing) {
     std::vector<const void*> arrays;
@@ -117,14 +117,14 @@ void copy_new_arrays(T& thing, std::span<const void* const> before) {
 template <int D>
 struct RingedParts {
     PartLayout layout;
-    std::vector<RingedPart<D>> own;  ///< from layout.begin_of(rank) on
+    std::vector<RingedPart<D>> own;  ///< own parts, from layout.begin_of(rank) on
 };
 
 struct RowCounts {
     std::size_t points = 0, elements = 0, facets = 0, edges = 0;
 };
 
-/// K-simplices in file order, without the lists of LinearMesh.
+/// K-simplices in file order, without required simplices and entities.
 template <int K>
 struct SimplexRows {
     Buffer<SimplexVertices<K>> vertices;
@@ -146,7 +146,6 @@ class MeshRows {
     [[nodiscard]] virtual Outcome<PointRows<D>> points(std::size_t begin, std::size_t end) const = 0;
     [[nodiscard]] virtual Outcome<SimplexRows<D>> elements(std::size_t begin, std::size_t end) const = 0;
     [[nodiscard]] virtual Outcome<SimplexRows<D - 1>> facets(std::size_t begin, std::size_t end) const = 0;
-    /// Feature edges (3D).
     [[nodiscard]] virtual Outcome<SimplexRows<1>> edges(std::size_t begin, std::size_t end) const = 0;
     /// Small lists: corners, required entities and ridges (ascending), given geometry, names of references.
     [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
@@ -163,7 +162,7 @@ class MeshRows {
 
 namespace camber {
 
-/// Consecutive rows.
+/// Consecutive rows [begin, end).
 struct Run {
     std::size_t begin = 0, end = 0;
     [[nodiscard]] std::size_t size() const { return end - begin; }
@@ -172,7 +171,7 @@ struct Run {
     return {run.begin + run.size() * part / parts, run.begin + run.size() * (part + 1) / parts};
 }
 
-/// Limits the memory of data in transit.
+/// Maximum number of rows read at once, to limit the memory of data in transit.
 inline constexpr std::size_t chunk_rows = std::size_t{1} << 20U;
 
 template <int K>
@@ -183,7 +182,7 @@ struct SimplexRow {
     std::uint32_t required = 0;
 };
 
-/// Sorted and unique, by merging the sorted runs of the input.
+/// Returns unique values in order, by merging the sorted runs of the input.
 template <int K>
 Buffer<SimplexRow<K>> in_order(const Buffer<SimplexRow<K>>& values) {
     Buffer<SimplexRow<K>> rows(values.begin(), values.end());
@@ -219,7 +218,8 @@ struct ToPart {
     T what;
 };
 
-/// Sends values to the ranks of their parts. Returns a list for each own part, in the order of ranks, then of input.
+/// Sends values to the ranks of their parts. Returns a list for each own part, in the order of ranks, then of their
+/// input.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<std::vector<std::vector<T>>> route(Ranks& ranks, const PartLayout& layout,
@@ -249,7 +249,6 @@ template <class T>
     return received;
 }
 
-/// Exchanges a list with each rank.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<std::vector<std::vector<T>>> exchanged_lists(Ranks& ranks, std::vector<std::vector<T>> to) {
@@ -267,7 +266,7 @@ template <class T>
     return lists;
 }
 
-/// The same, with received lists concatenated and errors passed on.
+/// Like exchanged_lists, but concatenates the received lists and passes on errors.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<std::vector<T>> exchanged_values(Ranks& ranks, Outcome<std::vector<std::vector<T>>> to) {
@@ -282,7 +281,8 @@ template <class T>
     return all;
 }
 
-/// Queries parts: the rank of a part calls answer(own part, key). One answer per question, in order.
+/// Sends questions to the ranks of the parts, which call answer(own part, key). Returns one answer for each question,
+/// in order.
 template <class Answer, class Key, class F>
     requires std::is_trivially_copyable_v<Key> && std::is_trivially_copyable_v<Answer>
 [[nodiscard]] Outcome<std::vector<Answer>> query(Ranks& ranks, const PartLayout& layout,
@@ -318,24 +318,23 @@ template <class Answer, class Key, class F>
     return out;
 }
 
-/// Rows copied into rings of other parts: a star forest with owner rows as roots.
+/// Rows that are copied from their owners into the rings of other parts.
 struct Halo {
     struct Row {
-        std::uint32_t part = 0;  ///< own part, from 0
+        std::uint32_t part = 0;  ///< index among own parts
         std::uint32_t row = 0;
     };
-    std::vector<Buffer<Row>> send;  ///< in the order of the other rank's `get`
-    std::vector<Buffer<Row>> get;   ///< from each rank
+    std::vector<Buffer<Row>> send;  ///< rows sent to each rank, in the order of its `get`
+    std::vector<Buffer<Row>> get;   ///< rows received from each rank
 };
 
 template <int D>
 [[nodiscard]] Outcome<Halo> vertex_halo(const RingedParts<D>& parts, Ranks& ranks);
 
-/// `edges`: of each part.
 template <int D>
 [[nodiscard]] Outcome<Halo> edge_halo(const RingedParts<D>& parts, std::span<const EdgeSet<D>> edges, Ranks& ranks);
 
-/// Copies owner rows into rings. `columns`: rows by vertex or edge, of each own part.
+/// Copies rows from their owners into rings. `columns` has the values by vertex or edge, for each own part.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<Done> update_ghost_rows(const Halo& halo, Ranks& ranks, std::span<const std::span<T>> columns) {
@@ -365,7 +364,7 @@ template <class T>
 template <int D>
 class BetweenRingedParts final : public PartCommunication<D> {
   public:
-    /// `ranks` and `halo` must outlive it. `parts`: number of own parts.
+    /// `ranks` and `halo` must outlive the object. `parts` is the number of own parts.
     BetweenRingedParts(Ranks& ranks, const Halo& halo, std::size_t parts);
 
     [[nodiscard]] Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) override;
@@ -374,20 +373,19 @@ class BetweenRingedParts final : public PartCommunication<D> {
                                                       const EdgesOfParts& edges) override;
 
   private:
-    /// A row for a rank, at index `at` of its `get`.
     struct SentRow {
         std::uint32_t row = 0, rank = 0, at = 0;
     };
     Ranks& ranks_;
     const Halo& halo_;
-    std::vector<Buffer<SentRow>> sent_;  ///< of each part, sorted by row
+    std::vector<Buffer<SentRow>> sent_;
 };
 
-/// Splits a mesh into blocks: runs of vertices with about the requested number of elements, each shared among its
-/// vertices. Blocks depend only on the mesh and that number. Each rank reads its share of the rows and gets a run of
-/// blocks, in parts with two rings. Vertex numbers are those of the rows, whose order should be spatially local
-/// (camber.ordering). Required elements, facets and edges and names of references are transferred, but not the given
-/// geometry. Errors: those of the rows, memory, stopped.
+/// Splits a mesh into blocks: runs of vertices with about the requested number of elements, where each element is
+/// shared among its vertices. Blocks depend only on the mesh and that number. Each rank reads its share of the rows and
+/// gets a run of blocks, in parts with two rings. Vertex numbers are those of the rows, whose order should be spatially
+/// local (camber.ordering). Required elements, facets and edges and names of references are transferred, but not the
+/// given geometry. Errors: those of the rows, memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks,
                                             const Execution& execution);
@@ -396,7 +394,8 @@ template <int D>
 
 namespace camber {
 
-/// Rows of a rank before partitioning: runs (`part_of`) of elements and facets, all feature edges (few), all lists.
+/// Rows of a rank before partitioning: runs (`part_of`) of elements and facets. Each rank has all feature edges, which
+/// are few, and all lists.
 template <int D>
 struct RunsOfRank {
     RowCounts counts;
@@ -406,7 +405,7 @@ struct RunsOfRank {
     LinearMesh<D> lists;
 };
 
-/// Returns the points of ascending numbers. All ranks call it.
+/// Points with the given global numbers, which must be ascending. All ranks call it.
 template <int D>
 using PointsAt = std::function<Outcome<PointRows<D>>(const std::vector<std::uint64_t>&)>;
 
@@ -425,7 +424,7 @@ template <int D>
     return rows;
 }
 
-/// Reads ascending numbers in runs with small gaps: take(i, rows, index of numbers[i] in rows).
+/// Reads rows with ascending numbers, in runs with small gaps. Calls take(i, rows, index of numbers[i] in rows).
 template <class Read, class Take>
 [[nodiscard]] Outcome<Done> read_some(const std::vector<std::uint64_t>& numbers, const Read& read, const Take& take) {
     constexpr std::uint64_t gap = 64;
@@ -444,26 +443,26 @@ template <class Read, class Take>
 
 export namespace camber {
 
-/// Rows of a binary linear .meshb file; each call decodes only its own rows, then calls `after_rows`, to page out
-/// mapped bytes. Errors: input, unsupported (io).
+/// Rows of a binary linear .meshb file. Each call decodes only its own rows, then calls `after_rows`, which may page
+/// out mapped bytes. Errors: input, unsupported (io).
 template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf(Column<std::byte> bytes, std::string_view name,
                                                                 std::function<void()> after_rows = {});
 
-/// Refers to a mesh without a copy.
+/// Rows of a mesh in memory, without a copy.
 template <int D>
 [[nodiscard]] std::unique_ptr<MeshRows<D>> rows_of(LinearMesh<D> mesh);
 
-/// Edge nodes of simplices, from 0, in the order of `local_edges`.
+/// Numbers, from 0, of the edge nodes of simplices, in the order of `local_edges`.
 template <int K>
 using EdgeNodeRows = Buffer<std::array<std::uint64_t, edges_per_simplex<K>>>;
 
-/// Rows of a binary .meshb file of degree 2 with vertices before edge nodes, as a straight mesh and edge nodes. See
-/// `rows_of_gmf`.
+/// Rows of a binary .meshb file of degree 2 whose vertices precede its edge nodes, as a straight mesh and edge nodes.
+/// See `rows_of_gmf`.
 template <int D>
 class QuadraticRows final : public MeshRows<D> {
   public:
-    /// Each rank searches a run of the simplices for the last vertex. Errors: input, unsupported (io; vertices after
+    /// Finds the last vertex: each rank searches a run of the simplices. Errors: input, unsupported (io; vertices after
     /// edge nodes).
     [[nodiscard]] static Outcome<std::unique_ptr<QuadraticRows>> make(Column<std::byte> bytes, std::string_view name,
                                                                       std::function<void()> after_rows, Ranks& ranks);
@@ -477,7 +476,7 @@ class QuadraticRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<SimplexRows<1>> edges(std::size_t begin, std::size_t end) const override;
     [[nodiscard]] Outcome<LinearMesh<D>> lists() const override { return runs_.lists(); }
 
-    /// Edge nodes, and those of simplices (K: D, D − 1, or 1 for feature edges in 3D).
+    /// Positions of edge nodes, and the edge nodes of simplices (K is D, D − 1, or 1 for feature edges in 3D).
     [[nodiscard]] Outcome<PointRows<D>> mid_nodes(std::size_t begin, std::size_t end) const;
     template <int K>
     [[nodiscard]] Outcome<EdgeNodeRows<K>> nodes_of(std::size_t begin, std::size_t end) const;
@@ -494,7 +493,6 @@ class QuadraticRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<SimplexRows<K>> corners(std::size_t begin, std::size_t end) const;
     [[nodiscard]] Outcome<PointRows<D>> rows_of_points(std::size_t begin, std::size_t end) const;
 
-    /// End of vertices and start of edge nodes in a run.
     struct Ends {
         std::uint64_t of_vertices = 0, of_nodes = 0;
     };

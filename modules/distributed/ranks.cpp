@@ -40,7 +40,6 @@ std::unique_ptr<Ranks> one_rank() { return std::make_unique<OneRank>(); }
 
 namespace {
 
-/// A number, or a text with its length.
 void put(Bytes& bytes, std::uint64_t number) {
     const std::size_t at = bytes.size();
     bytes.resize(at + sizeof number);
@@ -53,7 +52,7 @@ void put(Bytes& bytes, const std::string& text) {
     if (!text.empty()) std::memcpy(bytes.data() + at, text.data(), text.size());
 }
 
-/// Reads in the order of `put`; missing values are 0 or empty.
+/// Reads values in the order in which `put` wrote them. Missing values are 0 or empty.
 class Taker {
   public:
     explicit Taker(const Bytes& bytes) : bytes_(bytes) {}
@@ -105,11 +104,10 @@ Error unpacked_error(const Bytes& bytes) {
 
 namespace {
 
-/// Request for a ring row from its owner.
 template <class Key>
 struct RowRequest {
     Key key;
-    std::uint64_t part = 0;  ///< owner part
+    std::uint64_t part = 0;
     Halo::Row into;
 };
 

@@ -16,7 +16,6 @@ export namespace camber {
 
 using Bytes = Buffer<std::byte>;
 
-/// Data sent by a rank to others.
 struct Traffic {
     std::size_t rounds = 0, messages = 0, bytes = 0;
 };
@@ -31,14 +30,14 @@ class Ranks {
     [[nodiscard]] virtual std::size_t size() const = 0;
     [[nodiscard]] virtual Traffic traffic() const = 0;
 
-    /// Sends bytes to each rank, including itself; out[r] comes from rank r. If ranks pass an error, all get that of
-    /// the lowest.
+    /// Sends bytes to each rank, including this one; out[r] comes from rank r. If some ranks pass an error, all ranks
+    /// get the error of the lowest such rank.
     [[nodiscard]] Outcome<std::vector<Bytes>> exchange(Outcome<std::vector<Bytes>> to) {
         auto from = exchanged(std::move(to));
         has_common_error_ |= !from;
         return from;
     }
-    /// True after an error in an exchange: all ranks have it.
+    /// True after an error in an exchange. All ranks then have the same error.
     [[nodiscard]] bool has_common_error() const { return has_common_error_; }
 
   protected:
@@ -54,11 +53,10 @@ class Ranks {
     bool has_common_error_ = false;
 };
 
-/// A single process.
 [[nodiscard]] std::unique_ptr<Ranks> one_rank();
 
-/// Runs work() → Outcome on all ranks. A local error becomes the result of the next exchange of all others, so that all
-/// fail.
+/// Runs work() → Outcome on all ranks. If it fails on one rank, the next exchange of all other ranks returns its error,
+/// so that all ranks fail.
 template <class Work>
 [[nodiscard]] auto together(Ranks& ranks, const Work& work) -> decltype(work()) {
     auto result = work();
@@ -84,7 +82,6 @@ void append_values(const Bytes& bytes, std::vector<T, Allocator>& values) {
     if (!bytes.empty()) std::memcpy(values.data() + before, bytes.data(), bytes.size());
 }
 
-/// Concatenates the values of all ranks.
 template <class T>
 [[nodiscard]] Outcome<std::vector<T>> gather_all(Ranks& ranks, const Outcome<std::vector<T>>& own) {
     std::vector<Bytes> to;
@@ -97,7 +94,7 @@ template <class T>
     return all;
 }
 
-/// Returns the local result, or the error of the lowest rank with one, so that no rank waits for a failed one.
+/// Local result, or the error of the lowest rank that failed. So no rank waits for a failed one.
 template <class T>
 [[nodiscard]] Outcome<T> agreed(Ranks& ranks, Outcome<T> result) {
     if (ranks.size() == 1) return result;
@@ -134,7 +131,6 @@ template <class T>
 
 namespace camber {
 
-/// Serialises rows of plain values, with counts.
 class Packing {
   public:
     explicit Packing(Bytes& bytes) : bytes_(bytes) {}
@@ -174,7 +170,7 @@ class Unpacking {
     std::span<const std::byte> left_;
 };
 
-/// T::each_kind(value, f) calls f(rows) for each kind of rows.
+/// Serialises a value; T::each_kind(value, f) must call f(rows) for each kind of rows.
 template <class T>
 [[nodiscard]] Bytes packed_rows(const T& value) {
     std::size_t size = 0;

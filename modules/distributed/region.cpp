@@ -1,4 +1,4 @@
-// Gathers elements and rings around them on one rank.
+// Collects elements and rings around them on one rank.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,6 @@ namespace camber {
 
 namespace {
 
-/// Represented by the minimum index.
 class DisjointSets {
   public:
     explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
@@ -45,11 +44,10 @@ template <int D>
     return vertices;
 }
 
-/// Elements with the rings around them.
 template <int D>
 struct GrownElements {
-    std::vector<SimplexRow<D>> rows;  ///< sorted by row
-    std::vector<GlobalNumber> inner;  ///< vertices with all elements in `rows`, ascending
+    std::vector<SimplexRow<D>> rows;
+    std::vector<GlobalNumber> inner;
 };
 
 template <int D>
@@ -59,7 +57,6 @@ SimplexRow<D> row_of(const RingedPart<D>& part, ElementId e) {
     return row;
 }
 
-/// Elements owned by this rank's parts.
 template <int D>
 std::vector<SimplexRow<D>> own_seeds(const RingedParts<D>& parts, const std::vector<GlobalNumber>& elements) {
     std::vector<SimplexRow<D>> own;
@@ -114,13 +111,13 @@ Outcome<GrownElements<D>> add_rings(const RingedParts<D>& parts, std::span<const
     return result;
 }
 
-/// A vertex (or place) and its place: a connected set of elements, identified by its lowest vertex.
+/// A vertex or place, and the place that contains it. A place is a connected set of elements, identified by its lowest
+/// vertex.
 struct PlaceMember {
     GlobalNumber number = 0, place = 0;
     auto operator<=>(const PlaceMember&) const = default;
 };
 
-/// Local vertices with their places by local knowledge; sorted.
 template <int D>
 std::vector<PlaceMember> places_on_rank(const std::vector<SimplexRow<D>>& rows) {
     const auto vertices = vertices_of<D>(rows);
@@ -136,7 +133,6 @@ std::vector<PlaceMember> places_on_rank(const std::vector<SimplexRow<D>>& rows) 
     return places;
 }
 
-/// Pairs of places that share a vertex, on all ranks.
 Outcome<std::vector<PlaceMember>> touching_places(const std::vector<PlaceMember>& own, Ranks& ranks) {
     std::vector<std::vector<PlaceMember>> to(ranks.size());
     for (const PlaceMember& one : own) to[one.number % ranks.size()].push_back(one);
@@ -169,8 +165,8 @@ class MergedPlaces {
     std::map<GlobalNumber, GlobalNumber> called_;
 };
 
-/// Adds rings around elements of all ranks. A connected result is a place, on the rank of the lowest of its `elements`.
-/// `balls`: of own parts.
+/// Adds rings around `elements` of all ranks. A connected result is a place; it is collected on the rank of the lowest
+/// of its `elements`. `balls` has the elements at vertices of own parts.
 template <int D>
 Outcome<GrownElements<D>> grown_places(const RingedParts<D>& parts, std::span<const Incidence<ElementId>> balls,
                                        const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks) {
@@ -205,7 +201,6 @@ Outcome<GrownElements<D>> grown_places(const RingedParts<D>& parts, std::span<co
     return add_rings<D>(parts, balls, std::move(own_numbers), rings, ranks);
 }
 
-/// Data from the owner.
 template <int D>
 struct VertexData {
     Vec<D> point;
@@ -314,7 +309,6 @@ Outcome<Region<D>> region_of(const RingedParts<D>& parts, const std::vector<Part
     return region;
 }
 
-/// `elements`: connected, ascending.
 template <int D>
 Outcome<Region<D>> place_of(const Region<D>& all, const std::vector<ElementId>& elements, const Execution& execution) {
     Region<D> place;
@@ -369,7 +363,7 @@ Outcome<std::vector<Region<D>>> places_of(const Region<D>& all, const Execution&
     const auto& simplices = all.mesh.linear.elements.vertices;
     for (const auto& simplex : simplices)
         for (const VertexId v : simplex) sets.unite(simplex[0].index(), v.index());
-    std::map<std::size_t, std::vector<ElementId>> elements;  // by the lowest vertex
+    std::map<std::size_t, std::vector<ElementId>> elements;  // elements of each place, by its lowest vertex
     for (std::size_t e = 0; e < simplices.size(); ++e)
         elements[sets.lowest(simplices[e][0].index())].push_back(ElementId(e));
     std::vector<Region<D>> places;

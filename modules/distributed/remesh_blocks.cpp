@@ -17,14 +17,14 @@ namespace camber {
 
 namespace {
 
-/// Volume of a simplex times D!.
+/// Volume of a simplex, times D!.
 double scaled_volume(const std::array<Vec<2>, 3>& p) {
     const Vec<2> a = p[1] - p[0], b = p[2] - p[0];
     return a[0] * b[1] - a[1] * b[0];
 }
 double scaled_volume(const std::array<Vec<3>, 4>& p) { return dot(cross(p[1] - p[0], p[2] - p[0]), p[3] - p[0]); }
 
-/// The same for edges of length 1.
+/// Value of scaled_volume for a simplex with edges of length 1.
 template <int D>
 constexpr double scaled_unit_volume = D == 2 ? 0.8660254037844386 : 0.7071067811865476;
 
@@ -106,7 +106,6 @@ Outcome<std::vector<ToMetricStatistics>> remesh_blocks(std::vector<AdaptationRow
     return statistics;
 }
 
-/// Restores directions and associations at preserved vertices.
 template <int D>
 void restore_input(const InitialGeometry<D>& before, const AdaptationRows<D>& rows, DynamicMesh<D>& after) {
     Buffer<VertexId> now(before.vertices, VertexId{});
@@ -133,7 +132,6 @@ void restore_input(const InitialGeometry<D>& before, const AdaptationRows<D>& ro
     after.groups = before.groups;
 }
 
-/// Consecutive grids have no common walls.
 template <int D>
 double shift_of(int turn) {
     if constexpr (D == 2)
@@ -142,7 +140,6 @@ double shift_of(int turn) {
         return std::array{0.0, 0.4, 0.2, 0.6, 0.8}[static_cast<std::size_t>(turn) % 5];
 }
 
-/// Current and expected number of elements of all ranks.
 struct Growing {
     double elements = 0, expected = 0;
     [[nodiscard]] double growth() const { return expected / elements; }
@@ -159,8 +156,8 @@ Outcome<Growing> growing(const AdaptationRows<D>& rows, Ranks& ranks, const Exec
     });
 }
 
-/// Preliminary iterations with limited growth, while the mesh is to grow by a large factor. Blocks, which are cut by
-/// expected elements, then have enough elements and do not exceed their size.
+/// Preliminary iterations with limited growth, for a mesh that is to grow by a large factor. Blocks, which are cut by
+/// expected elements, then have enough elements and stay within the block size.
 template <int D>
 Outcome<RemeshedRows<D>> grow_gradually(RemeshedRows<D> rows, const AdaptationGoal<D>& goal,
                                         const ToMetricOptions& options, const BlockRemeshing& by,
@@ -173,7 +170,7 @@ Outcome<RemeshedRows<D>> grow_gradually(RemeshedRows<D> rows, const AdaptationGo
             run_step(around, "blocks", [&](const Execution& e) { return growing(rows.shared.rows, by.ranks, e); });
         if (!now) return fail(now.error());
         if (!(now->growth() > too_much)) break;
-        if (!(now->elements > 1.5 * before)) break;  // the mesh does not grow
+        if (!(now->elements > 1.5 * before)) break;  // stop: the last iteration hardly refined the mesh
         before = now->elements;
         const BlockIteration turn{.shift = shift_of<D>(k),
                                   .rounds = 1,

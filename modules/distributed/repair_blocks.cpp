@@ -22,7 +22,6 @@ namespace camber {
 
 namespace {
 
-/// Adds the statistics of a place with other elements.
 void add_up(RepairStatistics& sum, const RepairStatistics& place) {
     sum.corrected_elements += place.corrected_elements;
     sum.raised_elements += place.raised_elements;
@@ -41,15 +40,15 @@ void add_up(RepairStatistics& sum, const RepairStatistics& place) {
 template <int D>
 struct RepairedBlocks {
     RingedParts<D>& parts;
-    std::vector<PartState<D>>& states;  ///< with target nodes
+    std::vector<PartState<D>>& states;
     const WholeSurface<D>& surface;
     CurvingAim aim;
 };
 
-/// Optimisation uses two rings first, an extension up to eight; one more contains all elements they may change.
+/// Optimisation first uses two rings of elements, and extends up to eight. One more ring contains all elements that the
+/// optimisation may change.
 constexpr int rings_around = 9;
 
-/// Facets, feature edges, lists and features in a region.
 template <int D>
 class RegionBoundary {
   public:
@@ -59,7 +58,7 @@ class RegionBoundary {
             if (of_surface_[v].valid()) in_region_.emplace_back(of_surface_[v], VertexId(v));
     }
 
-    /// Adds them to the region's mesh, without new edges, so that numbers of nodes and edges do not change.
+    /// Adds the boundary to the region's mesh. There are no new edges, so numbers do not change.
     [[nodiscard]] Outcome<Boundary<D>> take(const Execution& execution) {
         const LinearMesh<D>& from = surface_.mesh.linear;
         LinearMesh<D>& mesh = region_.mesh.linear;
@@ -91,7 +90,6 @@ class RegionBoundary {
             std::ranges::lower_bound(in_region_, of_surface, {}, [](const auto& pair) { return pair.first; });
         return at != in_region_.end() && at->first == of_surface ? std::optional(at->second) : std::nullopt;
     }
-    /// True if the region has all edges; a facet is then a face of one or two elements.
     [[nodiscard]] bool has_edges(const auto& simplex) const {
         for (std::size_t i = 0; i < simplex.size(); ++i)
             for (std::size_t j = 0; j < i; ++j)
@@ -140,12 +138,11 @@ class RegionBoundary {
 
     const WholeSurface<D>& surface_;
     Region<D>& region_;
-    std::vector<VertexId> of_surface_;                      ///< of each region vertex
-    std::vector<std::pair<VertexId, VertexId>> in_region_;  ///< (surface vertex, region vertex), ascending
+    std::vector<VertexId> of_surface_;
+    std::vector<std::pair<VertexId, VertexId>> in_region_;
     std::vector<std::uint32_t> facets_;
 };
 
-/// Fixes edges with elements outside the region.
 template <int D>
 Column<EdgeKind> with_fixed_rim(const Region<D>& region) {
     Buffer<EdgeKind> kinds(region.kinds.begin(), region.kinds.end());
@@ -214,7 +211,7 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
     return moved;
 }
 
-/// Repairs places independently, so that the result does not depend on their distribution.
+/// Repairs each place independently, so that the result does not depend on the distribution of places.
 template <int D>
 Outcome<Moved<D>> repair_places(const RepairedBlocks<D>& of, std::vector<Region<D>> places,
                                 const RepairOptions& options, const Execution& execution) {
@@ -260,9 +257,9 @@ void apply_moves(const RepairedBlocks<D>& of, const Moved<D>& moved) {
     }
 }
 
-/// Repairs elements with nine rings, the maximum range of repair. Places are on the rank of their lowest element, and
-/// repaired like meshes in `curve_mesh`. All ranks receive moved nodes and vertices. Returns local statistics. Errors:
-/// those of `repair`.
+/// Repairs elements, with nine rings around them, the maximum range of repair. Each place is on the rank of its lowest
+/// element, and repaired like a mesh in `curve_mesh`. All ranks receive the moved nodes and vertices. Returns the
+/// statistics of this rank. Errors: those of `repair`.
 template <int D>
 Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of, const std::vector<GlobalNumber>& elements,
                                         const RepairOptions& options, Ranks& ranks, const Execution& execution) {
@@ -304,7 +301,6 @@ Outcome<Done> validate_part(BlockRun<D>& run, PartState<D>& state, const RingedP
     return Done{};
 }
 
-/// Verdicts of all ranks; lists elements to repair.
 template <int D>
 Outcome<BlocksValidation> validate_all_blocks(BlockRun<D>& run, const Execution& execution) {
     BlocksValidation own;
@@ -326,7 +322,6 @@ Outcome<BlocksValidation> validate_all_blocks(BlockRun<D>& run, const Execution&
     return sum;
 }
 
-/// Current positions on the whole surface.
 template <int D>
 struct SurfaceNow {
     Buffer<Vec<D>> points;
@@ -349,7 +344,7 @@ Outcome<SurfaceNow<D>> surface_now(BlockRun<D>& run) {
     now.points = Buffer<Vec<D>>(mesh.linear.points.begin(), mesh.linear.points.end());
     now.nodes = Buffer<LagrangeNode<D>>(places.size());
     for (std::size_t e = 0; e < places.size(); ++e) now.nodes[e] = {places[e]};
-    std::vector<Found> moved;  // repair slides boundary vertices
+    std::vector<Found> moved;  // boundary vertices that repair has moved
     for (const RingedPart<D>& part : run.out.parts.own) {
         const std::vector<VertexId> at = run.by->surface.places_of(part.vertices.view());
         for (VertexId v = part.first; v < part.last; v = VertexId(v.index() + 1))
@@ -373,7 +368,6 @@ void put_on_parts(BlockRun<D>& run, const UncrossedNodes<D>& found) {
         }
 }
 
-/// Sets the boxes of the first crossing pair, and the number of crossing pairs when straight.
 template <int D>
 Outcome<Done> find_first_crossing(const QuadraticMesh<D>& surface, const SurfaceNow<D>& now, WallsOfBlocks<D>& walls,
                                   const Execution& execution) {
@@ -388,7 +382,6 @@ Outcome<Done> find_first_crossing(const QuadraticMesh<D>& surface, const Surface
     return Done{};
 }
 
-/// Repairs new invalid elements.
 template <int D>
 Outcome<Done> validate_uncrossed(BlockRun<D>& run, const Execution& execution) {
     auto validation = validate_all_blocks(run, execution);

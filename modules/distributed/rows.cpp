@@ -1,4 +1,4 @@
-// Reads meshes by rows, from GMF files of degree 1 and 2 and from memory.
+// Reads mesh rows from GMF files of degree 1 and 2 and from memory.
 module;
 #include <algorithm>
 #include <cstddef>

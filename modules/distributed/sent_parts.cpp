@@ -14,7 +14,6 @@ namespace camber {
 
 namespace {
 
-/// Simplices by curve positions of their vertices.
 template <int D>
 struct PartByPositions {
     std::vector<SentSimplex<D>> elements;
@@ -71,7 +70,7 @@ class RowReceiver {
             for (const SentSimplex<D>& element : rows.elements) ++elements[element.part - first_];
         for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p].elements.reserve(elements[p]);
     }
-    /// Assigns curve positions; several ranks may have sent a vertex.
+    /// Assigns curve positions to vertices. Copies of a vertex from several ranks get the same position.
     void sort_vertices() {
         struct Turn {
             std::uint64_t key = 0;
@@ -97,7 +96,6 @@ class RowReceiver {
             (parts_[one.part - first_].*list).push_back(one);
         }
     }
-    /// Takes simplices with all vertices present.
     template <int K>
     void put_by_number(const Buffer<SentSimplex<K>>& some, std::vector<SentSimplex<K>> PartByPositions<D>::* list) {
         if (!some.empty() && by_number_.empty()) {
@@ -160,7 +158,7 @@ class RowReceiver {
             rows.elements.push_back(element.simplex);
         }
     }
-    /// Number of elements that contain a simplex, whose vertices become rows of the part.
+    /// Replaces the vertices of a simplex by rows of the part, and returns the number of elements that contain it.
     template <int K>
     [[nodiscard]] int elements_with(AdaptedSimplex<K>& simplex, const AdaptationRows<D>& rows,
                                     const Incidence<ElementId>& around) const {
@@ -178,10 +176,10 @@ class RowReceiver {
     Buffer<AdaptedVertex<D>> vertices_;
     std::vector<std::size_t> counts_;
     Buffer<std::uint32_t> position_of_;
-    std::vector<std::uint32_t> positions_;  ///< received vertex at each position
-    std::vector<std::uint32_t> by_number_;  ///< positions, sorted by vertex number
-    std::vector<std::uint32_t> named_;      ///< positions of a part's vertices
-    Buffer<VertexId> ids_;                  ///< row in the part, by position
+    std::vector<std::uint32_t> positions_;
+    std::vector<std::uint32_t> by_number_;
+    std::vector<std::uint32_t> named_;
+    Buffer<VertexId> ids_;
 };
 
 }  // namespace

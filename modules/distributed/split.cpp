@@ -14,11 +14,12 @@ namespace camber {
 
 namespace {
 
-/// Weight of a facet at each vertex (element: 1): edges near a displaced boundary add equations.
+/// Weight of a facet at each of its vertices, where an element has weight 1: edges near a displaced boundary add
+/// equations.
 constexpr std::uint64_t weight_of_facet = 20;
 
-/// An element counts at each vertex, because all elements at a vertex are processed. Counts are in buckets, because
-/// bounds may be approximate.
+/// An element counts at each of its vertices, because a part processes all elements at its vertices. Counts are summed
+/// in buckets of vertices, because the bounds of blocks may be approximate.
 template <int D>
 Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
     const RowCounts counts = rows.counts();
@@ -60,7 +61,7 @@ Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const
     return first;
 }
 
-/// Distributes blocks over ranks, and those of a rank over the minimum number of similar parts.
+/// Distributes blocks over ranks, and the blocks of a rank over the minimum number of similar parts.
 PartLayout layout_of(std::vector<GlobalNumber> first_of_blocks, const BlockOptions& options, std::size_t ranks) {
     PartLayout layout;
     layout.first_of_blocks = std::move(first_of_blocks);
@@ -92,7 +93,6 @@ struct PartRows {
     Buffer<SimplexRow<1>> edges;
 };
 
-/// Own run of vertices, and others before and after.
 class LocalVertices {
   public:
     LocalVertices(Run own, std::vector<GlobalNumber> others) : own_(own), others_(std::move(others)) {
@@ -104,7 +104,6 @@ class LocalVertices {
     [[nodiscard]] std::size_t size() const { return count() + others_.size(); }
     [[nodiscard]] VertexId first() const { return VertexId(before_); }
     [[nodiscard]] VertexId last() const { return VertexId(before_ + count()); }
-    /// Returns an invalid id if the vertex is absent.
     [[nodiscard]] VertexId find(GlobalNumber v) const {
         if (owns(v)) return VertexId(before_ + (v - own_.begin));
         const auto at = std::ranges::lower_bound(others_, v);
@@ -123,11 +122,10 @@ class LocalVertices {
   private:
     [[nodiscard]] std::size_t count() const { return own_.size(); }
     Run own_;
-    std::vector<GlobalNumber> others_;  ///< ascending
+    std::vector<GlobalNumber> others_;
     std::size_t before_ = 0;
 };
 
-/// `numbers`: in the file.
 template <int K>
 struct LocalSimplices {
     Simplices<K> simplices;
@@ -165,7 +163,7 @@ Column<VertexId> local_list(const Column<VertexId>& list, const LocalVertices& v
     return local;
 }
 
-/// Makes a part without the points of other parts.
+/// Makes a part. Points of vertices that other parts own are not set.
 template <int D>
 Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
                                     const Execution& execution) {
@@ -205,7 +203,7 @@ Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRo
     return part;
 }
 
-/// The same from unsorted rows with duplicates. Errors: those of the rows, stopped.
+/// Makes a part from unsorted rows with duplicates. Errors: those of the rows, stopped.
 template <int D>
 Outcome<RingedPart<D>> make_part(PartRows<D> of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
                                  const PartMemory& memory, const Execution& execution) {
@@ -222,7 +220,6 @@ Outcome<RingedPart<D>> make_part(PartRows<D> of, Run own, const MeshRows<D>& row
     return part;
 }
 
-/// Visits each part of the vertices once.
 template <std::size_t N>
 void each_part_of(const PartLayout& layout, const std::array<GlobalNumber, N>& vertices, const auto& visit) {
     std::array<std::size_t, N> parts{};
@@ -232,7 +229,6 @@ void each_part_of(const PartLayout& layout, const std::array<GlobalNumber, N>& v
         if (i == 0 || parts[i] != parts[i - 1]) visit(parts[i]);
 }
 
-/// Empty lists with capacity for each own part.
 template <int K, class Read>
 Outcome<std::vector<Buffer<SimplexRow<K>>>> lists_for(Run own, const PartLayout& layout, Ranks& ranks,
                                                       const Read& read) {
@@ -255,12 +251,11 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> lists_for(Run own, const PartLayout&
     for (std::size_t p = layout.begin_of(ranks.rank()); p < layout.end_of(ranks.rank()); ++p) {
         std::uint64_t rows = 0;
         for (std::size_t r = 0; r < ranks.size(); ++r) rows += (*of_ranks)[r * layout.size() + p];
-        lists.emplace_back().reserve(rows + rows / 4);  // with space for some of the second ring
+        lists.emplace_back().reserve(rows + rows / 4);  // reserve space for some of the second ring
     }
     return lists;
 }
 
-/// Sends rows to the parts of their vertices.
 template <int K, class Read>
 Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<const std::uint32_t> required,
                                                        const PartLayout& layout, Ranks& ranks, const Read& read) {
@@ -289,13 +284,11 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<
     return all;
 }
 
-/// Request for the elements around another part's vertex.
 struct RingRequest {
     std::uint64_t part = 0;
     GlobalNumber vertex = 0;
 };
 
-/// Requests received for vertices in first rings of other parts.
 template <int D>
 Outcome<std::vector<std::vector<RingRequest>>> ring_requests(const std::vector<Buffer<SimplexRow<D>>>& ring,
                                                              const PartLayout& layout, Ranks& ranks) {
@@ -313,7 +306,7 @@ Outcome<std::vector<std::vector<RingRequest>>> ring_requests(const std::vector<B
     return route<RingRequest>(ranks, layout, std::move(out));
 }
 
-/// Maximum parts of a rank. Iteration b processes part b of each.
+/// Maximum number of parts of a rank. In iteration b, each rank processes its part b.
 std::size_t turns_of(const PartLayout& layout) {
     std::size_t most = 0;
     for (std::size_t r = 0; r + 1 < layout.first_parts.size(); ++r)
@@ -321,7 +314,6 @@ std::size_t turns_of(const PartLayout& layout) {
     return most;
 }
 
-/// Requested simplices, once for each requesting part.
 template <int K>
 std::vector<ToPart<SimplexRow<K>>> requested_rows(std::span<const SimplexRow<K>> rows,
                                                   std::vector<RingRequest> ring_requests) {
@@ -329,7 +321,7 @@ std::vector<ToPart<SimplexRow<K>>> requested_rows(std::span<const SimplexRow<K>>
     if (ring_requests.empty()) return out;
     std::ranges::sort(ring_requests, {}, [](const RingRequest& w) { return std::pair(w.vertex, w.part); });
     const GlobalNumber first = ring_requests.front().vertex, last = ring_requests.back().vertex;
-    std::vector<bool> is_requested(last - first + 1, false);  // most are false
+    std::vector<bool> is_requested(last - first + 1, false);
     for (const RingRequest& w : ring_requests) is_requested[w.vertex - first] = true;
     std::vector<std::uint64_t> receivers;
     for (const auto& row : rows) {
@@ -346,7 +338,6 @@ std::vector<ToPart<SimplexRow<K>>> requested_rows(std::span<const SimplexRow<K>>
     return out;
 }
 
-/// Adds the second ring from first rings of other parts.
 template <int K>
 Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows,
                        const std::vector<std::vector<RingRequest>>& ring_requests, const PartLayout& layout,
@@ -365,7 +356,6 @@ Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows,
     return Done{};
 }
 
-/// For binary search.
 template <int D>
 void sort_required(LinearMesh<D>& lists) {
     const auto sorted = [](Column<std::uint32_t> rows) {

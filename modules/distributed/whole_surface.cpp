@@ -1,4 +1,4 @@
-// The whole boundary on each rank, and the extension of its displacement into the blocks.
+// Reads the whole boundary on each rank, and extends its displacement into the blocks.
 module;
 #include <algorithm>
 #include <array>
@@ -23,7 +23,6 @@ namespace camber {
 
 namespace {
 
-/// Boundary vertices: global numbers to surface vertices.
 class SurfaceVertices {
   public:
     explicit SurfaceVertices(std::vector<GlobalNumber> all) : all_(std::move(all)) {
@@ -41,7 +40,6 @@ class SurfaceVertices {
         for (VertexId& v : simplex) v = *find(v.value);
         return simplex;
     }
-    /// `vertex`: member with the row's vertex.
     template <class Row>
     [[nodiscard]] Column<Row> selected(const Column<Row>& rows, VertexId Row::* vertex) const {
         Buffer<Row> out;
@@ -72,7 +70,7 @@ Simplices<K> with_places(SimplexRows<K> rows, const Simplices<K>& lists, const S
     return {std::move(rows.vertices), std::move(rows.references), lists.required, lists.entities};
 }
 
-/// Reads chunks, because few points are on the boundary.
+/// Reads points in chunks, because few points are on the boundary.
 template <int D>
 Outcome<Done> read_points(const MeshRows<D>& rows, std::span<const GlobalNumber> vertices, LinearMesh<D>& mesh) {
     constexpr std::size_t chunk = std::size_t{1} << 18U;
@@ -104,7 +102,6 @@ InputGeometry<D> selected_geometry(const InputGeometry<D>& original, const Surfa
             vertices.selected(original.on_surfaces, &Association<2>::item)};
 }
 
-/// Facets, feature edges and lists, without elements.
 template <int D>
 Outcome<std::pair<LinearMesh<D>, std::vector<GlobalNumber>>> boundary_of(const MeshRows<D>& rows) {
     const RowCounts counts = rows.counts();
@@ -180,7 +177,6 @@ CurveOptions edges_by(const BlockRun<D>& run) {
     return edges;
 }
 
-/// Kinds and nodes of boundary edges from the surface; others are straight.
 template <int D>
 Outcome<Done> take_boundary(const BlockRun<D>& run, PartState<D>& state, const RingedPart<D>& part) {
     const WholeSurface<D>& surface = run.by->surface;
@@ -203,7 +199,7 @@ Outcome<Done> take_boundary(const BlockRun<D>& run, PartState<D>& state, const R
     return Done{};
 }
 
-/// Extends the displacement of non-volume edges over the elements. Returns the nodes of each part.
+/// Extends the displacement of edges that are not volume edges over the elements. Returns the nodes of each part.
 template <int D>
 Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> PartState<D>::* kinds,
                                                              const Execution& execution) {
@@ -243,7 +239,7 @@ Outcome<Done> take_base_on_all(BlockRun<D>& run, const Execution& execution) {
     });
 }
 
-/// Moves nodes of walls without geometry, see kinds_with_following.
+/// Moves the nodes of boundary parts without geometry together with the volume; see kinds_with_following.
 template <int D>
 Outcome<Done> follow_volume(BlockRun<D>& run, const Column<EdgeKind>& kinds, const Execution& execution) {
     WholeSurface<D>& surface = run.by->surface;
@@ -269,7 +265,6 @@ Outcome<Done> follow_volume(BlockRun<D>& run, const Column<EdgeKind>& kinds, con
     return Done{};
 }
 
-/// Extends curve displacements over faces, then to walls without geometry, on the whole surface.
 template <int D>
 Outcome<Done> extend_on_surface(BlockRun<D>& run, const Execution& execution) {
     WholeSurface<D>& surface = run.by->surface;

@@ -35,96 +35,100 @@ constexpr auto words(Background) {
                     Word{Background::transparent, "transparent"});
 }
 
-/// Colours other than those of values.
+/// Colours of everything except values.
 struct Theme {
     Colour paper, ink, line, plain, missing, accent;
 };
 [[nodiscard]] Theme theme_of(Background background);
 
-/// For `plain`, neither end of the range means good values.
+/// Colour ramps. For `plain`, high values are neither good nor bad.
 enum class Ramp : std::uint8_t { plain, good_is_high };
 enum class Spacing : std::uint8_t { linear, logarithmic };
 
-/// Values outside the range get the colour of the nearest end.
+/// Maps values from `low` to `high` to a colour ramp. Values outside get the colour of the nearest end.
 struct ColourRange {
     double low = 0, high = 1;
     Ramp ramp = Ramp::plain;
     Spacing spacing = Spacing::linear;
-    /// Position between `low` and `high`, from 0 to 1.
+    /// Position of the value between `low` (0) and `high` (1).
     [[nodiscard]] double place_of(double value) const;
     [[nodiscard]] double value_at(double place) const;
 };
-/// Unordered kinds: value i means `numbers[i]`.
+/// Kinds without an order, for example references. A value i stands for `numbers[i]`.
 struct ColourKinds {
     std::vector<Reference> numbers;
-    std::vector<std::string> names = {};       ///< for each number, may be empty; or no entries
-    std::vector<std::uint8_t> is_listed = {};  ///< for each number, 0: not in the legend; no entries: all are
+    std::vector<std::string> names = {};       ///< name of each number, possibly empty; or no entries
+    std::vector<std::uint8_t> is_listed = {};  ///< for each number 1 if it is in the legend, else 0; no entries: all
+                                               ///< are
 };
 struct OneColour {};
 using Colouring = std::variant<OneColour, ColourRange, ColourKinds>;
 
-/// NaN, and values that are not a kind, get the colour of missing values. Infinite values of a range get the colour of
-/// its ends.
+/// Colour of a value. NaN, and values that stand for no kind, get the colour `missing`; infinite values get the colour
+/// of the range's end.
 [[nodiscard]] Colour colour_of(const Colouring& colouring, double value, const Theme& theme);
-/// `place`: position from 0 to 1.
 [[nodiscard]] Colour colour_at(Ramp ramp, double place);
 [[nodiscard]] Colour colour_of_kind(std::size_t i);
 
 // Visible faces and edges of a mesh.
 
-/// Vertices from 0, then edge nodes in the order of the edge set.
+/// Number of a node: vertices from 0, then edge nodes in the order of the edge set.
 using NodeNumber = std::uint32_t;
 
 enum class FaceKind : std::uint8_t {
-    boundary,   ///< no element behind the face; all faces of a surface mesh
-    uncovered,  ///< an adjacent element is not drawn
-    plane,      ///< element of a 2D mesh
-    facet,      ///< mesh facet of a group in `DrawnGroups::shown`
+    boundary,   ///< the face belongs to only one element, or to a surface mesh
+    uncovered,  ///< the element on the other side is not drawn
+    plane,      ///< the face is an element of a 2D mesh
+    facet,      ///< the face is a facet of a group in `DrawnGroups::shown`
 };
 
-/// In 3D the corners are counter-clockwise seen from outside the element; in 2D they are in the element's order.
+/// A triangle to draw. In 3D the corners are counter-clockwise seen from outside the element; in 2D they are in the
+/// element's order.
 struct Face {
     std::array<NodeNumber, 6> nodes{};  ///< corners, then nodes of the edges 01, 12, 20
-    std::uint32_t element = 0;          ///< its element; in a surface mesh the facet number
-    Reference reference = 0;  ///< reference of the mesh facet there (0: none), for uncovered faces that of the element
+    std::uint32_t element = 0;          ///< number of the element (in a surface mesh: of the facet)
+    Reference reference = 0;  ///< reference of the facet on the face (0: none); for an uncovered face that of its
+                              ///< element
     FaceKind kind = FaceKind::boundary;
     friend bool operator==(const Face&, const Face&) = default;
 };
 
 struct FaceEdge {
     std::array<NodeNumber, 3> nodes{};  ///< end nodes, then the mid node
-    std::uint32_t faces = 0;            ///< number of adjacent faces; 1 on a border
+    std::uint32_t faces = 0;            ///< number of drawn faces at the edge; 1 on the border of the drawn faces
     friend bool operator==(const FaceEdge&, const FaceEdge&) = default;
 };
 
-/// Removes elements in the half space dot(normal, x) > offset.
+/// Cuts the mesh with a plane: elements in the half space dot(normal, x) > offset are removed.
 template <int D>
 struct Cut {
     Vec<D> normal{};
     double offset = 0;
 };
 
-/// Returns for each element (in a surface mesh: facet) 0 if the centroid of its vertices is in the removed half space,
-/// else 1. Errors: stopped.
+/// For each element (in a surface mesh: facet), 0 if the mean of its vertices is in the removed half space, else 1.
+/// Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<std::uint8_t>> elements_inside_cut(const Cut<D>& cut, const Mesh<D>& mesh,
                                                                 const Execution& execution);
 
-/// Returns the visible faces of the elements with 1 in `selected` (see `elements_inside_cut`; empty: all), by ascending
-/// element. In 3D these are the faces of exactly one such element, in 2D the elements, in a surface mesh the facets.
-/// Errors: unsupported (not simplices of degree 2: elevate the degree first), stopped.
+/// Returns the visible faces of the selected elements, in ascending order of elements. In 3D these are the faces of
+/// exactly one selected element, in 2D the elements, in a surface mesh the facets. `selected`: 1 for each selected
+/// element; empty: all. Errors: unsupported (not simplices of degree 2: elevate the degree first), stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<D>& mesh, std::span<const std::uint8_t> selected,
                                                   const Execution& execution);
 
 struct DrawnGroups {
-    std::span<const std::uint8_t> bodies = {};  ///< for each element, 1: all its visible faces are drawn; empty: all 1
-    std::vector<Reference> shown = {};          ///< ascending references of facets that are drawn on other elements too
-    std::vector<Reference> hidden = {};         ///< ascending references of facets that are not drawn
+    std::span<const std::uint8_t> bodies = {};  ///< for each element 1 if all its visible faces are drawn, else 0;
+                                                ///< empty: all 1
+    std::vector<Reference> shown = {};   ///< ascending references of facets that are drawn even on elements with 0 in
+                                         ///< `bodies`
+    std::vector<Reference> hidden = {};  ///< ascending references of facets that are not drawn
 };
 
-/// Same, restricted to groups. Elements with 0 in `bodies` show only facets of shown groups. Unlisted boundary faces
-/// have reference 0. Errors: those above.
+/// Same, restricted to groups. Elements with 0 in `bodies` show only facets of the groups `shown`. Boundary faces that
+/// are no facets of the mesh have reference 0. Errors: those above.
 [[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<3>& mesh, std::span<const std::uint8_t> selected,
                                                   const DrawnGroups& groups, const Execution& execution);
 
@@ -140,12 +144,13 @@ template <int D>
 
 // Orthographic projection from space onto paper.
 
-/// Orthonormal axes.
+/// Orthonormal axes of a view, in space.
 struct View {
     Vec<3> right{{1, 0, 0}}, up{{0, 1, 0}}, towards{{0, 0, 1}};  ///< `towards` points to the viewer
 };
 
-/// `from`: direction to the viewer, not 0. Up is z, in vertical views y.
+/// View of the mesh from the direction `from`, which must not be 0. The axis z points up, or y if `from` is parallel to
+/// z.
 [[nodiscard]] inline View view_from(const Vec<3>& from) {
     View view;
     view.towards = normalised(from);
@@ -170,12 +175,11 @@ struct PaperProjection {
     }
 };
 
-/// A rectangle in pixels.
 struct PaperFrame {
     double left = 0, top = 0, width = 0, height = 0;
 };
 
-/// Fits a box, with coordinates along the view's axes, into the frame.
+/// Projection that fits a box into the frame. The box has coordinates along the view's axes.
 [[nodiscard]] inline PaperProjection fitted(const View& view, const Box<3>& box, const PaperFrame& frame) {
     const double wide = box.high[0] - box.low[0], high = box.high[1] - box.low[1];
     const double scale = std::fmin(wide > 0 ? frame.width / wide : HUGE_VAL, high > 0 ? frame.height / high : HUGE_VAL);
@@ -185,14 +189,14 @@ struct PaperFrame {
     return p;
 }
 
-// The projection is affine, so a projected face is again a triangle of degree 2.
+// The projection is affine, so the image of a face is again a triangle of degree 2.
 
 enum class LineKind : std::uint8_t { none, shared, rim };
 
 struct DrawnFace {
-    std::array<Vec<3>, 6> nodes;      ///< on paper (pixels), in the order of `Face`
-    std::array<float, 6> values{};    ///< field values at the nodes
-    std::array<LineKind, 3> lines{};  ///< lines along the edges 01, 12, 20
+    std::array<Vec<3>, 6> nodes;      ///< positions on paper (pixels), in the order of `Face::nodes`
+    std::array<float, 6> values{};
+    std::array<LineKind, 3> lines{};  ///< kinds of lines along the edges 01, 12, 20
     bool is_marked = false;
     std::uint32_t face = 0;
 };
@@ -216,27 +220,28 @@ using FacePoint = std::array<double, 3>;  ///< barycentric coordinates on a face
     return sum;
 }
 
-/// Normal of the projected face, not normalised, on the side from which the corners are counter-clockwise.
+/// Normal of the projected face, not normalised. It points to the side from which the corners are counter-clockwise.
 [[nodiscard]] constexpr Vec<3> normal_at(const std::array<Vec<3>, 6>& n, const FacePoint& xi) {
     std::array<Vec<3>, 3> partial{};
     for (std::size_t i = 0; i < 3; ++i) {
         partial[i] += (4 * xi[i] - 1) * n[i];
         add_edge_derivatives<2>(xi, static_cast<int>(i), n[3 + i], partial);
     }
-    // y is down on paper, so counter-clockwise for the viewer means positive z here.
+    // This order gives positive z to faces that are counter-clockwise for the viewer, because y is down on paper.
     return cross(partial[2] - partial[0], partial[1] - partial[0]);
 }
 
-/// Ambient light, and light from a lamp above the viewer's left shoulder. The normal is turned towards the viewer.
+/// Brightness from ambient light and from a lamp above the viewer's left shoulder. The normal is first turned towards
+/// the viewer.
 [[nodiscard]] inline double brightness(const std::array<Vec<3>, 6>& nodes, const FacePoint& xi) {
     Vec<3> n = normalised(normal_at(nodes, xi));
     if (n[2] < 0) n = -n;
-    constexpr Vec<3> lamp{{-0.41, -0.51, 0.756}};  // its y component points down
+    constexpr Vec<3> lamp{{-0.41, -0.51, 0.756}};  // y is down, so this lamp is above
     const double direct = dot(n, lamp), above = 0.5 - 0.5 * n[1];
     return 0.52 + 0.08 * above + 0.45 * (direct > 0 ? direct : 0);
 }
 
-/// Bézier control point of the edge from a to b with mid node `middle`.
+/// Bézier control point of a quadratic edge from a to b; `middle`: its mid node.
 [[nodiscard]] constexpr Vec<3> control_point(const Vec<3>& a, const Vec<3>& b, const Vec<3>& middle) {
     return 2.0 * middle - 0.5 * (a + b);
 }
@@ -259,18 +264,19 @@ using FacePoint = std::array<double, 3>;  ///< barycentric coordinates on a face
 enum class Edges : std::uint8_t { shown, hidden };
 
 struct Pointer {
-    Vec<3> at;  ///< position in space; z = 0 for a 2D mesh
+    Vec<3> at;  ///< position in space, with z = 0 for a 2D mesh
     std::string text;
 };
 
 struct PictureOptions {
-    std::size_t width = 1200, height = 900;  ///< in pixels
+    std::size_t width = 1200, height = 900;  ///< size of the picture in pixels
     Background background = Background::light;
     Edges edges = Edges::shown;
     Colouring colouring = OneColour{};
-    std::string title = {};  ///< title of the legend
+    std::string title = {};
     View view = {};
-    /// Centre and half width of the visible box (model units); none: whole mesh. The drawing is clipped to the box.
+    /// Centre and half width of the visible box (model units); none: the whole mesh is visible. The drawing is clipped
+    /// to this box.
     struct Zoom {
         Vec<3> centre;
         double radius;
@@ -281,19 +287,19 @@ struct PictureOptions {
     [[nodiscard]] bool has_legend() const { return !std::holds_alternative<OneColour>(colouring); }
 };
 
-/// Width in pixels, proportional to the picture's size, from `least` to 4.
+/// Line width in pixels, proportional to the picture's size and between `least` and 4.
 [[nodiscard]] inline double line_width(const PictureOptions& options, double least) {
     return std::clamp(static_cast<double>(std::min(options.width, options.height)) / 800, least, 4.0);
 }
-/// Line opacity for a triangle of this height (pixels). Narrow triangles get paler lines of the same width, so that
-/// thin layers are not black.
+/// Opacity of the lines of a triangle with this height (pixels), at most `most`. Narrow triangles get paler lines, so
+/// that thin layers are not black.
 [[nodiscard]] inline double line_opacity(double height, double width, double most) {
     return std::clamp(height / (7 * width), 0.1, most);
 }
 
 enum class VisibleSides : std::uint8_t {
-    outer,  ///< solids: faces that face away are hidden
-    both,   ///< surfaces and 2D meshes
+    outer,  ///< for solids: faces turned away from the viewer are hidden
+    both,   ///< for surfaces and 2D meshes
 };
 enum class Lighting : std::uint8_t { flat, lit };
 
@@ -303,13 +309,13 @@ struct Scene {
     VisibleSides sides = VisibleSides::both;
     Lighting lighting = Lighting::flat;
     Buffer<DrawnFace> patches;
-    std::optional<PaperFrame> clip = {};  ///< clips the drawing; none: no clipping
+    std::optional<PaperFrame> clip = {};  ///< frame to which the drawing is clipped, if any
 };
 
 using FaceValues = std::function<std::array<float, 6>(const Face&)>;
 
-/// Fits the faces into the paper. `marked`: ascending numbers of highlighted elements. Errors: input (nothing to draw),
-/// stopped.
+/// Projects the faces so that they fit into the picture. `marked`: ascending numbers of highlighted elements. Errors:
+/// input (nothing to draw), stopped.
 template <int D>
 [[nodiscard]] Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, const FaceValues& values,
                                         std::span<const std::uint32_t> marked, PictureOptions options,
@@ -319,7 +325,8 @@ template <int D>
 
 enum class Anchor { start, middle, end };
 struct TextMark {
-    double x = 0, y = 0, size = 0;  ///< anchor point on the base line; height of capital letter plus descender
+    double x = 0, y = 0, size = 0;  ///< position of the anchor, on the base line; text height from the descender to the
+                                    ///< top of capital letters
     Anchor anchor = Anchor::start;
     Colour colour = {};
     std::string text = {};
@@ -336,7 +343,7 @@ using PictureMark = std::variant<BoxMark, RingMark, TextMark>;
 
 [[nodiscard]] double legend_width(const PictureOptions& options);
 
-/// The legend, and a ring with text at each pointer.
+/// Marks of the legend; for each pointer a ring and its text.
 [[nodiscard]] std::vector<PictureMark> marks_of(const Scene& scene);
 
 [[nodiscard]] std::string short_number(double value);
@@ -348,21 +355,21 @@ struct Image {
     friend bool operator==(const Image&, const Image&) = default;
 };
 
-/// Draws the scene without legend and pointers. Curves are exact to 1/20 pixel. The bytes do not depend on the number
+/// Draws the scene without legend and pointers. Curves are exact to 1/20 pixel. The image does not depend on the number
 /// of threads. Errors: stopped, memory.
 [[nodiscard]] Outcome<Image> rasterised(const Scene& scene, const Execution& execution);
 
-/// Ascending numbers of at least partly visible faces.
+/// Ascending numbers of the faces of which a part is visible.
 [[nodiscard]] Outcome<Buffer<std::uint32_t>> visible_faces(const Scene& scene, const Execution& execution);
 
-/// Adds the marks. Text is in lower case, in a stroke font.
+/// Draws the marks on the image. Their text is in lower case, in a stroke font.
 [[nodiscard]] Image with_marks(Image image, const std::vector<PictureMark>& marks);
 
 /// Encodes a PNG file. Errors: memory.
 [[nodiscard]] Outcome<Buffer<std::byte>> png(const Image& image);
 
-/// Encodes the scene and its marks as SVG, with exact quadratic Bézier curves. Hidden faces are omitted; nearer faces
-/// are drawn over partly hidden ones. Errors: stopped, memory.
+/// Encodes the scene and its marks as SVG, with exact quadratic Bézier curves. Hidden faces are omitted. Where a face
+/// is partly hidden, the nearer face is drawn over it. Errors: stopped, memory.
 [[nodiscard]] Outcome<std::string> svg_of(const Scene& scene, const Execution& execution);
 
 }  // namespace camber

@@ -25,12 +25,12 @@ namespace {
 // A stroke font: digits, lower-case letters, a few signs and the J of Jacobian.
 
 struct StrokePoint {
-    double x, y;  ///< from the base line, in sixths of a capital letter's height
+    double x, y;  ///< y from the base line; unit: 1/6 of a capital letter's height
 };
 using Stroke = std::vector<StrokePoint>;
 
-/// Strokes of each letter. A point is two characters, x and y; y values a and b mean one and two below the base line. A
-/// stroke of one point is a dot.
+/// Strokes of each character. A point is two characters, x and y; y values a and b mean one and two units below the
+/// base line. A stroke of one point is a dot.
 constexpr auto letters = std::to_array<std::pair<char, std::string_view>>({
     {'0', "103041453616050110"},
     {'1', "052620 1030"},
@@ -158,7 +158,6 @@ class Brush {
                    });
     }
 
-    /// Blends cover(x, y) → (colour, coverage) into each pixel in the box.
     template <class Cover>
     void each_pixel(double left, double top, double right, double bottom, Cover&& cover) {
         const auto within = [](double v, std::size_t most) {
@@ -204,7 +203,6 @@ void put_number(Bytes& out, std::uint32_t value) {
     for (const unsigned shift : {24U, 16U, 8U, 0U}) out.push_back(static_cast<std::uint8_t>(value >> shift));
 }
 
-/// Length, name, data, and checksum of name and data.
 void put_chunk(Bytes& out, std::string_view name, std::span<const std::uint8_t> data) {
     put_number(out, static_cast<std::uint32_t>(data.size()));
     const std::size_t begin = out.size();
@@ -213,7 +211,7 @@ void put_chunk(Bytes& out, std::string_view name, std::span<const std::uint8_t> 
     put_number(out, static_cast<std::uint32_t>(crc32(0, out.data() + begin, static_cast<uInt>(out.size() - begin))));
 }
 
-/// PNG filters: 0 none, 1 left, 2 above, 3 mean, 4 Paeth.
+/// Prediction of a byte by a PNG filter: 0 none, 1 left, 2 above, 3 mean, 4 Paeth.
 std::uint8_t predicted(int filter, int left, int above, int corner) {
     switch (filter) {
         case 1: return static_cast<std::uint8_t>(left);
@@ -228,7 +226,6 @@ std::uint8_t predicted(int filter, int left, int above, int corner) {
     }
 }
 
-/// Returns the filter number, then the filtered row.
 Bytes filtered(int filter, std::span<const std::uint8_t> row, std::span<const std::uint8_t> above, std::size_t pixel) {
     Bytes out(row.size() + 1);
     out[0] = static_cast<std::uint8_t>(filter);
@@ -246,7 +243,6 @@ std::size_t weight(const Bytes& row) {
     return sum;
 }
 
-/// Selects the filter with the minimum weight for each row.
 Bytes filtered_rows(const Image& image, std::size_t pixel) {
     Bytes out;
     Bytes row(image.width * pixel), above;

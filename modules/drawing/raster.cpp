@@ -19,12 +19,12 @@ namespace {
 
 // Division of a face into flat triangles.
 
-/// Maximum distance of a chord from its curve (pixels), and maximum number of chords for an edge.
+/// Maximum distance in pixels between a curved edge and its chords, and maximum number of chords for an edge.
 constexpr double chord_error = 0.05;
 constexpr std::size_t max_pieces = 64;
 
-/// A power of two, so that points of a coarser division belong to finer ones. If the mid node is d away from the
-/// chord's midpoint, n chords deviate by d/n² at most.
+/// Number of chords of an edge. If its mid node is d away from the chord's midpoint, n chords deviate from it by at
+/// most d/n². The number is a power of two, so that points of a coarser division belong to finer ones.
 inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     const Vec<3> chord = midpoint(patch.nodes[edge], patch.nodes[(edge + 1) % 3]);
     const double ideal_count = std::sqrt(distance(patch.nodes[3 + edge], chord) / chord_error);
@@ -38,8 +38,8 @@ struct SmallCorner {
     Vec<3> point;
 };
 
-/// Divides a face into flat triangles. All points of an edge lie on chords that depend on the edge alone, so no gap to
-/// the neighbouring face opens.
+/// Divides a face into flat triangles. Their corners on an edge lie on chords that depend only on the edge, so no gap
+/// to the neighbouring face opens.
 class Subdivision {
   public:
     void cut(const DrawnFace& patch) {
@@ -58,7 +58,6 @@ class Subdivision {
                 corners_.push_back({xi, on_paper(patch, pieces, lattice, xi)});
             }
     }
-    /// Calls visit(a, b, c) for each flat triangle, oriented like the face.
     template <class Visit>
     void each_triangle(Visit&& visit) const {
         for (std::size_t j = 0; j < n_; ++j)
@@ -70,7 +69,7 @@ class Subdivision {
 
   private:
     [[nodiscard]] const SmallCorner& at(std::size_t i, std::size_t j) const {
-        // Row j has n + 1 − j points.
+        // Index of corner (i, j): row j has n + 1 − j corners.
         return corners_[j * (n_ + 1) - (j * j - j) / 2 + i];
     }
     [[nodiscard]] Vec<3> on_paper(const DrawnFace& patch, const std::array<std::size_t, 3>& pieces,
@@ -96,23 +95,21 @@ class Subdivision {
     std::vector<SmallCorner> corners_;
 };
 
-// Nearest face at each sample in a strip of the picture.
+// Depth buffer: finds the nearest face at each sample of a strip of the picture.
 
-/// Samples along each axis of a pixel.
 constexpr std::size_t samples_per_pixel = 3;
 
-/// Pixel rows [first, last) of the picture, in full width.
 struct Strip {
     std::size_t width, first, last;
     [[nodiscard]] std::size_t columns() const { return width * samples_per_pixel; }
     [[nodiscard]] std::size_t rows() const { return (last - first) * samples_per_pixel; }
 };
 
-/// A sample on a face: its barycentric coordinates and their slopes (per pixel).
+/// A sample on a face, with its barycentric coordinates ξ_i.
 struct Hit {
     const DrawnFace& patch;
     FacePoint xi;
-    std::array<double, 3> slopes;  ///< |∇ξ_i|
+    std::array<double, 3> slopes;  ///< |∇ξ_i| (per pixel)
 };
 
 struct FlatTriangle {
@@ -158,7 +155,8 @@ inline SampleRange samples_between(double low, double high, std::size_t first, s
     return {clamped(begin), clamped(end)};
 }
 
-/// Calls hit(sample, Hit) for each sample where a new face is in front of all earlier ones.
+/// Draws faces one after the other. Calls hit(sample, Hit) for each sample at which the face is nearer than all earlier
+/// ones.
 class DepthBuffer {
   public:
     DepthBuffer(const Strip& strip, const std::optional<PaperFrame>& clip)
@@ -210,7 +208,6 @@ class DepthBuffer {
     }
 
     Strip strip_;
-    /// Bounds of the drawing in x and y (pixels).
     std::array<double, 2> low_{-HUGE_VAL, -HUGE_VAL}, high_{HUGE_VAL, HUGE_VAL};
     std::vector<double> depths_;
     Subdivision subdivision_;
@@ -218,7 +215,6 @@ class DepthBuffer {
 
 constexpr std::size_t rows_of_a_strip = 16;
 
-/// Faces that may be visible in each strip, ascending.
 struct Strips {
     std::vector<std::uint32_t> offsets, patches;
     std::size_t count = 0;
@@ -236,7 +232,8 @@ StripRange strips_of(const DrawnFace& patch, const PictureOptions& o, std::size_
         box.low[0] > static_cast<double>(o.width))
         return {0, 0};
     const double begin = std::floor(std::fmax(box.low[1] - 1, 0) / rows_of_a_strip);
-    // With a strong zoom, faces extend far below the paper.
+    // The number is limited before its conversion to an integer, because with a strong zoom faces extend far below the
+    // paper.
     const double end = std::fmin(std::floor((box.high[1] + 1) / rows_of_a_strip) + 1, static_cast<double>(count));
     return {static_cast<std::size_t>(begin), static_cast<std::size_t>(end)};
 }
@@ -259,7 +256,8 @@ Strips sorted_into_strips(const Scene& scene) {
     return strips;
 }
 
-/// Stores of(hit) of the nearest face in each sample of a strip, then calls finish(strip, samples).
+/// Finds the nearest face of each sample of a strip and stores `of(hit)` for the sample, else `none`. Then calls
+/// finish(strip, samples).
 template <class Sample, class Of, class Finish>
 Outcome<Done> each_strip(const Scene& scene, const Execution& execution, const Sample& none, Of&& of, Finish&& finish) {
     return guarded([&]() -> Outcome<Done> {
@@ -308,7 +306,7 @@ class Shader {
 
     const Scene& scene_;
     Theme theme_;
-    double width_;  ///< line width (pixels)
+    double width_;
 };
 
 struct Sample {

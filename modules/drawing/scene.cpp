@@ -23,7 +23,8 @@ constexpr Colour rgb(std::uint32_t hexadecimal) {
     return {part(16), part(8), part(0)};
 }
 
-// Lightness increases along the plain ramp. The quality ramp goes from dark red over pale tones to blue.
+// Colours from low to high values. Lightness increases along the plain ramp; the quality ramp goes from dark red over
+// pale tones to blue.
 constexpr std::array plain_ramp{rgb(0x2c2a6e), rgb(0x2c64a8), rgb(0x2f9fa6), rgb(0x8fca74), rgb(0xf7e26b)};
 constexpr std::array quality_ramp{rgb(0x7d1630), rgb(0xd2553a), rgb(0xf0b867), rgb(0xcfe0c8), rgb(0x8fbfd0)};
 constexpr std::array kinds{rgb(0x6ea6d7), rgb(0xf0a35e), rgb(0x7fc08a), rgb(0xd98a9c), rgb(0xb79bd6),
@@ -69,7 +70,7 @@ Colour colour_of_kind(std::size_t i) { return kinds[i % kinds.size()]; }
 Colour colour_of(const Colouring& colouring, double value, const Theme& theme) {
     if (std::holds_alternative<OneColour>(colouring)) return theme.plain;
     if (const auto* range = std::get_if<ColourRange>(&colouring)) {
-        // Minus infinity means the worst value and gets the colour of the low end.
+        // An infinite value gets the colour of an end of the ramp: minus infinity marks the worst quality.
         if (std::isnan(value)) return theme.missing;
         if (range->spacing == Spacing::logarithmic && !(value > 0)) return colour_at(range->ramp, 0);
         return colour_at(range->ramp, std::isinf(value) ? (value > 0 ? 1 : 0) : range->place_of(value));
@@ -132,7 +133,6 @@ Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, 
 enum class FaceVisibility : std::uint8_t { no, boundary, uncovered, facet };
 using FaceVisibilities = std::array<FaceVisibility, 4>;  ///< entry i: the face opposite local vertex i
 
-/// None if no facet with these vertices is listed.
 std::optional<Reference> reference_of_facet(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
                                             std::array<VertexId, 3> vertices) {
     std::sort(vertices.begin(), vertices.end());
@@ -154,7 +154,7 @@ std::array<VertexId, 3> vertices_of_face(const LinearMesh<3>& mesh, std::size_t 
     return {v[local[0]], v[local[1]], v[local[2]]};
 }
 
-/// Thread-safe, because each face belongs to one call of the visitor.
+/// Several threads may write to the result, because each face belongs to one call of the visitor.
 Outcome<Buffer<FaceVisibilities>> face_visibilities(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
                                                     std::span<const std::uint8_t> selected, const DrawnGroups& groups,
                                                     const Execution& execution) {
@@ -177,7 +177,7 @@ Outcome<Buffer<FaceVisibilities>> face_visibilities(const LinearMesh<3>& mesh, c
             visibility[f->face.element.index()][f->face.opposite] = FaceVisibility::facet;
     };
     auto done = each_face<3>(mesh, *balls_of, part_of(execution, 0.4, 0.9), [&](std::span<const FaceAround<3>> on) {
-        // A valid mesh has no face with more than two elements; if one occurs, it is drawn for each of them.
+        // If an invalid mesh has a face of more than two elements, the face is drawn for each of them.
         if (!groups.shown.empty() && std::none_of(on.begin(), on.end(), is_body)) return show_facet(on);
         if (on.size() == 2 && is_body(on[0]) == is_body(on[1])) return;
         for (const FaceAround<3>& f : on)
@@ -287,7 +287,6 @@ Vec<3> in_view(const View& view, const Vec<3>& p) {
     return {{dot(view.right, p), dot(view.up, p), dot(view.towards, p)}};
 }
 
-/// The largest centred square in the frame.
 PaperFrame clip_of(const PaperFrame& frame) {
     const double side = std::min(frame.width, frame.height);
     return {frame.left + (frame.width - side) / 2, frame.top + (frame.height - side) / 2, side, side};
@@ -345,7 +344,7 @@ Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, cons
             patch.is_marked = std::binary_search(marked.begin(), marked.end(), face.element);
             if (options.edges == Edges::shown || patch.is_marked)
                 for (std::size_t i = 0; i < 3; ++i) patch.lines[i] = line_kind(of_edges[face.nodes[3 + i] - vertices]);
-            // No elements overlap in 2D, but the lines of marked elements must be drawn last.
+            // Marked elements of a 2D mesh are moved nearer to the viewer, so that their lines are drawn last.
             if (D == 2 && patch.is_marked)
                 for (Vec<3>& node : patch.nodes) node[2] += 1;
             return patch;

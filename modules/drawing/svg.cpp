@@ -36,7 +36,7 @@ void add_title(const PictureOptions& o, const Place& p, const Theme& theme, std:
     marks.emplace_back(TextMark{p.x, p.top - 1.2 * p.size, p.size, Anchor::start, theme.ink, o.title});
 }
 
-/// Rounds to 1/1000 of the range, so that rounding errors near 0 are printed as 0.
+/// Rounds to about 1/1000 of the range, so that rounding errors near 0 are printed as 0.
 double rounded(double value, const ColourRange& range) {
     if (range.spacing == Spacing::logarithmic || !(range.high > range.low)) return value;
     const double step = pow(10, std::floor(log10((range.high - range.low) / 1000)));
@@ -49,8 +49,8 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Pict
     const Theme theme = theme_of(o.background);
     add_title(o, p, theme, marks);
     const double step = p.height / steps_of_a_bar;
-    // The bar is drawn in steps from the top. Each step extends to the end of the bar, so that no gap opens between
-    // steps.
+    // The colour bar is drawn in steps from the top. Each step extends down to the end of the bar, so that no gap opens
+    // between steps.
     for (std::size_t i = steps_of_a_bar; i-- > 0;) {
         const double place = (static_cast<double>(i) + 0.5) / steps_of_a_bar,
                      height = static_cast<double>(i + 1) * step;
@@ -65,10 +65,8 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Pict
     }
 }
 
-/// Lengths relative to the text size.
 constexpr double letter_width = 0.66, text_indent = 1.7;
 
-/// For example "inlet (3)", or "3" without a name.
 std::string text_of_kind(const ColourKinds& kinds, std::size_t i) {
     const std::string number = std::to_string(kinds.numbers[i]);
     return i < kinds.names.size() && !kinds.names[i].empty() ? kinds.names[i] + " (" + number + ")" : number;
@@ -151,7 +149,8 @@ std::vector<PictureMark> marks_of(const Scene& scene) {
 
 namespace {
 
-/// Writes tenths/10 in its shortest form, for example "-.5", "12", "3.4". A separator is omitted before a minus sign.
+/// Writes the number tenths/10 in its shortest form, for example "-.5", "12", "3.4". A blank before it is omitted if it
+/// has a minus sign.
 void put_tenths(std::string& out, std::int64_t tenths) {
     if (tenths < 0)
         out += '-';
@@ -161,11 +160,12 @@ void put_tenths(std::string& out, std::int64_t tenths) {
     if (size >= 10 || size == 0) out += std::to_string(size / 10);
     if (size % 10 != 0) out += '.' + std::to_string(size % 10);
 }
-/// The value is limited for points far outside the paper.
+/// Value in tenths, limited because points may be far outside the paper.
 std::int64_t tenths_of(double value) { return std::llround(std::clamp(10 * value, -1e12, 1e12)); }
 void put(std::string& out, double value) { put_tenths(out, tenths_of(value)); }
 
-/// Writes path segments in tenths of a pixel, relative to the rounded previous point.
+/// Writes segments of an SVG path in tenths of a pixel, relative to the rounded previous point, so that rounding errors
+/// do not add up.
 class Pen {
   public:
     explicit Pen(const Vec<3>& begin) : at_(tenths(begin)), d_("M") { put(at_); }
@@ -220,7 +220,6 @@ std::string curve(const DrawnFace& patch, std::size_t edge) {
 
 constexpr FacePoint middle{1.0 / 3, 1.0 / 3, 1.0 / 3};
 
-/// A part of a face is again of degree 2. `corners`: barycentric coordinates.
 DrawnFace part_of_patch(const DrawnFace& whole, const std::array<FacePoint, 3>& corners) {
     DrawnFace part = whole;
     part.lines = {};
@@ -237,7 +236,6 @@ DrawnFace part_of_patch(const DrawnFace& whole, const std::array<FacePoint, 3>& 
     return part;
 }
 
-/// True if the face is turned partly to the viewer and partly away.
 bool folds(const DrawnFace& patch) {
     bool towards = false, away = false;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -251,7 +249,6 @@ bool folds(const DrawnFace& patch) {
 
 constexpr std::size_t cuts_of_a_fold = 5;
 
-/// Adds the small parts of a face that are turned to the viewer.
 void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
     constexpr auto n = static_cast<double>(cuts_of_a_fold);
     const auto at = [&](std::size_t i, std::size_t j) {
@@ -269,7 +266,6 @@ void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
         }
 }
 
-/// Returns the farthest faces first.
 std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::uint32_t>& visible) {
     std::vector<DrawnFace> patches;
     for (const std::uint32_t f : visible) {
@@ -287,7 +283,6 @@ std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::ui
 
 constexpr double max_opacity = 0.8;
 
-/// The opacity is rounded to tenths.
 double opacity_of_lines(const DrawnFace& patch, double width) {
     double longest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -368,7 +363,6 @@ class Writer {
         put(out_, "width", frame.width);
         put(out_, "height", frame.height);
     }
-    /// Omits an opacity that equals the SVG group's.
     void put_opacity(double opacity) {
         if (opacity != max_opacity) put(out_, "stroke-opacity", opacity);
     }

@@ -33,16 +33,15 @@ namespace {
 template <int D>
 using GradientPack = std::array<SymPack<D>, D>;
 
-/// Field sampled by the straight edge at an end or its midpoint.
+/// Metric field at an end or at the midpoint of a straight edge.
 template <int D>
 struct EdgeSample {
-    SymPack<D> log_metric;     ///< log M̂, M̂ = Fᵀ M F
-    GradientPack<D> gradient;  ///< in the reference
+    SymPack<D> log_metric;     ///< logarithm of M̂ = Fᵀ M F
+    GradientPack<D> gradient;  ///< derivatives by coordinates of the straight mesh
     MatPack<D> jacobian;       ///< F
-    SymPack<D> change = {};    ///< midpoint: difference of log M̂ between the ends
+    SymPack<D> change = {};    ///< at the midpoint: difference of log M̂ between the ends
 };
 
-/// Transforms the field at bent ends to the straight edge.
 template <int D>
 [[gnu::always_inline]] inline void transform_by_map(EdgeSample<D>& sample, Mask bent) {
     const PulledBackPack<D> sampled = pull_back_pack<D>(sample.log_metric, sample.jacobian);
@@ -75,7 +74,6 @@ template <int D>
         edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Mat<D>& { return (e.*end).jacobian; });
     return sampled;
 }
-/// True if all lanes share this end, so that it needs no gathering.
 template <int D>
 [[nodiscard]] inline bool is_one_end(std::span<const EndSamples<D>> edges, std::size_t begin, std::size_t end) {
     const std::size_t last = std::min<std::size_t>(begin + pack_size, edges.size());
@@ -146,7 +144,6 @@ template <int D>
     return middle_of(sampled_at_end(edges, begin, 0), sampled_at_end(edges, begin, 1));
 }
 
-/// ∂_v of the field.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> derivative(const GradientPack<D>& gradient, const VecPack<D>& v) {
     SymPack<D> along;
@@ -168,7 +165,7 @@ template <int D>
     return sum;
 }
 
-/// Sampled metric in its axes at the midpoint.
+/// Sampled metric, expressed in its axes at the midpoint. Symbols: see accurate_offsets.
 template <int D>
 struct EdgeFrame {
     EigenPack<D> log_metric;
@@ -185,8 +182,7 @@ template <int D>
     EdgeFrame<D> f{};
     f.log_metric = eigen_system<D>(middle.log_metric);
     f.chord = times_transposed(f.log_metric.vectors, chord);
-    const SymPack<D> along =  // ∂_e L
-        change == ChangeSource::of_ends ? middle.change : derivative<D>(middle.gradient, chord);
+    const SymPack<D> along = change == ChangeSource::of_ends ? middle.change : derivative<D>(middle.gradient, chord);
     f.along_chord = congruence_transposed(f.log_metric.vectors, along);
     for (int i = 0; i < D; ++i) {
         f.sizes[i] = exp(f.log_metric.values[i]);
@@ -203,32 +199,32 @@ template <int D>
     return sqrt(q);
 }
 
-// Offset for accuracy of eight edges, from sampled axes and sizes.
+// Computes offsets for accuracy, for eight edges at a time, from the sampled axes and sizes.
 
-/// Resolution limits within an edge: rotation of the axes in radians, change of log M (a size factor of 7).
+/// Limits within an edge that resolves the metric: rotation of the axes in radians, change of log M (a size factor of
+/// 7).
 constexpr double max_turn = 1;
 constexpr double max_turn_of_ends = 1.2;
 constexpr double max_resolved_change = 4;
-/// Longest edge of a unit mesh: √2.
+/// Squared length of the longest edge of a unit mesh, √2.
 constexpr double unit_length_squared = 2;
-/// Shift along the chord; at 1/4 the edge folds.
+/// Maximum shift along the chord, in chords; at 1/4 the edge folds.
 constexpr double max_shift = 0.2;
 
-/// 1 for small `change`, 0 for large.
 [[nodiscard, gnu::always_inline]] inline Pack resolved(Pack change, double most) {
     const Pack share = change / most;
     return 1 / (1 + share * share * share * share);
 }
 
-/// w(x): 1/|x| converts a change of L into an angle if axis j is the finer one; 0 for equal sizes, whose axes are
-/// undefined.
+/// Returns w(x): 1/|x| converts a change of L into an angle if axis j is the finer one. It is 0 for equal sizes, whose
+/// axes are undefined.
 [[nodiscard, gnu::always_inline]] inline Pack turning(Pack x, Pack axis_similarity) {
     const Pack unlike = 1 - axis_similarity;
     return select(x == 0, packed(0), unlike * unlike / abs(x) * select(x > 0, axis_similarity, packed(1)));
 }
 
-/// r_j·d = (change of r_j along e)·e/8. With `of_ends`, axes that turn by α change by x tan α, and the tangents give
-/// (e/4) tan(α/2).
+/// Offset d from the rotation of the axes r_j: r_j·d = (change of r_j along e)·e/8. With `of_ends`, axes that turn by α
+/// change L by x tan α, and the tangents give (e/4) tan(α/2).
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> by_axes(const EdgeFrame<D>& f, ChangeSource change) {
     VecPack<D> d;
@@ -244,8 +240,7 @@ template <int D>
             d[j] += part;
         }
     }
-    // 8 |d|/|e| is the rotation angle. From the ends alone it is ambiguous, because other axes may have taken that
-    // place.
+    // The rotation angle is 8 |d|/|e|. The ends alone do not determine it, because axes may have exchanged places.
     const Pack turn = 8 * sqrt(dot(d, d)) / sqrt(dot(f.chord, f.chord));
     const Pack limited_share = change == ChangeSource::of_ends
                                    ? resolved(turn * turn, max_turn_of_ends * max_turn_of_ends)
@@ -254,8 +249,8 @@ template <int D>
     return d;
 }
 
-/// First geodesic step from the chord component along similar axes, u = R K_j∘c: 8 d_j = r_jᵀ (∂_u L) u − ½ uᵀ (∂_{r_j}
-/// L) u.
+/// Offset d of the first geodesic step for the chord component along similar axes, u = R K_j∘c: 8 d_j = r_jᵀ (∂_u L) u
+/// − ½ uᵀ (∂_{r_j} L) u.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> by_derivatives(const EdgeFrame<D>& f,
                                                                    const GradientPack<D>& gradient) {
@@ -272,11 +267,12 @@ template <int D>
     return d;
 }
 
-/// 16 d_j = (γ·c)² γ_j/|γ|²; γ is the gradient of the mean log size of the axes similar to axis j, within these axes.
+/// Offset d with 16 d_j = (γ·c)² γ_j/|γ|², where γ is the gradient of the mean log size of the axes similar to axis j,
+/// within these axes.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> by_layers(const EdgeFrame<D>& f, const GradientPack<D>& gradient) {
     const MatPack<D>& r = f.log_metric.vectors;
-    std::array<VecPack<D>, D> growth;  // of λ_i along axis k
+    std::array<VecPack<D>, D> growth;  // derivative of λ_i along axis k
     for (int k = 0; k < D; ++k) {
         const SymPack<D> along = derivative<D>(gradient, r.column[k]);
         for (int i = 0; i < D; ++i) growth[k][i] = bilinear<D>(along, r.column[i], r.column[i]);
@@ -298,20 +294,20 @@ template <int D>
     return d;
 }
 
-/// Offset from sizes, reduced if it is not resolved.
+/// Offset from the change of sizes, reduced if the edge does not resolve it.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> by_sizes(const EdgeFrame<D>& f, const GradientPack<D>& gradient,
                                                              MetricKind kind) {
     VecPack<D> d = kind == MetricKind::natural ? by_layers<D>(f, gradient) : by_derivatives<D>(f, gradient);
     const Pack length = metric_length(f, f.chord);
     const Pack unit = min(unit_length_squared / (length * length), packed(1));
-    // In one dimension d = Δλ e/16.
+    // In one dimension d = Δλ e/16, and the argument is Δλ.
     const Pack limited_share = unit * resolved(16 * metric_length(f, d) / length, max_resolved_change);
     for (int j = 0; j < D; ++j) d[j] *= limited_share;
     return d;
 }
 
-/// Adds the minimal change, in the metric, that matches the ends along the chord.
+/// Changes the gradient minimally, in the metric, so that it matches the difference of the ends along the chord.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline GradientPack<D> agreeing_with_ends(const EdgeFrame<D>& f,
                                                                             const EdgeSample<D>& middle,
@@ -332,7 +328,7 @@ template <int D>
     return gradient;
 }
 
-/// F R (by_axes + σ by_sizes); 0 if not finite.
+/// Returns by_axes + σ by_sizes, mapped to space by F R; 0 if not finite.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const EdgeFrame<D>& f, const VecPack<D>& chord,
                                                                     const EdgeSample<D>& middle,
@@ -357,7 +353,7 @@ template <int D>
     return offset;
 }
 
-/// sqrt(n Σ(x − mean)²/n) of the log sizes, see frame_mean.
+/// Spread of the log sizes x of n axes: sqrt(n Σ(x − mean)²/n), see frame_mean.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack anisotropy_spread(const VecPack<D>& sizes) {
     Pack sum = sizes[0], squares = sizes[0] * sizes[0];
@@ -368,7 +364,7 @@ template <int D>
     return sqrt(max(squares - sum * sum / D, packed(0)));
 }
 
-/// |e| in frame_mean of the ends' metrics; log sizes ascend.
+/// Length of e in the frame_mean of the ends' metrics; log sizes ascend.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack middle_speed(const EdgeFrame<D>& f, const VecPack<D>& a,
                                                            const VecPack<D>& b) {
@@ -414,7 +410,7 @@ template <int D>
 /// length.
 template <int D>
 [[nodiscard]] bool is_metric_constant(const EndSamples<D>& ends, const Vec<D>& chord) {
-    constexpr double rounding = 1e-12;  // of log M within the edge
+    constexpr double rounding = 1e-12;  // bound on the change of log M within the edge
     const auto changes = [](double change) { return !(std::abs(change) <= rounding); };
     for (int k = 0; k < sym_size<D>; ++k)
         if (changes(ends[0].log_metric->l.c[k] - ends[1].log_metric->l.c[k])) return false;

@@ -68,7 +68,7 @@ struct EdgePoint {
     Vec<D> derivative;  ///< l'(t)
 };
 
-/// Adds a quadrature point of q = l'ᵀ M l': ∂_i q = 2·4(1−2t) (M l')_i + 4t(1−t) ⟨adjoint, G_i⟩ with ∂_i log M =
+/// Adds a quadrature point. With q = l'ᵀ M l': ∂_i q = 2·4(1−2t) (M l')_i + 4t(1−t) ⟨adjoint, G_i⟩, where ∂_i log M =
 /// 4t(1−t) G_i (paper §2.2.1, adjoint of Daletskii–Krein).
 template <int D>
 void add_point(ObjectiveSample<D>& sum, EdgeObjectiveKind kind, const EdgePoint<D>& point,
@@ -81,7 +81,7 @@ void add_point(ObjectiveSample<D>& sum, EdgeObjectiveKind kind, const EdgePoint<
     const double s = 4 * t * (1 - t);
     Vec<D> dq = 2 * c * metric.times(derivative);
     for (int i = 0; i < D; ++i) dq[i] += s * inner(adjoint, gradient[i]);
-    // Energy: f = q. Length: f = sqrt(q), f' = 1/(2 sqrt(q)).
+    // The integrand is q for the energy and sqrt(q) for the length.
     const bool energy = kind == EdgeObjectiveKind::energy;
     const double root = std::sqrt(q);
     sum.value += w * (energy ? q : root);
@@ -147,7 +147,7 @@ EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule,
 
 namespace {
 
-/// Armijo's rule with quadratic interpolation; false if no step succeeds.
+/// Uses Armijo's rule with quadratic interpolation; false if no step succeeds.
 template <int D>
 bool line_search(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Iterate<D>& from,
                  const Vec<D>& direction, Iterate<D>& next) {
@@ -188,7 +188,8 @@ EdgeSearch descend(const EdgeObjective<D>& objective, const UnitFrame<D>& frame,
     return EdgeSearch::exhausted;
 }
 
-/// Minimises the length from the energy's minimum, which also equalises the speed and may be longer.
+/// Minimises the length, starting from the minimum of the energy. That minimum also equalises the speed, so its edge
+/// may be longer.
 template <int D>
 void shorten(const BackMesh<D>& back, EdgeObjective<D> objective, const EdgeMinimiserOptions& options, Vec<D>& node) {
     objective.kind = EdgeObjectiveKind::length;
@@ -210,7 +211,6 @@ EdgeMinimum<D> minimised(const BackMesh<D>& back, const EdgeObjective<D>& object
     return minimum;
 }
 
-/// Returns the start if that is shorter by the finer rule.
 template <int D>
 EdgeMinimum<D> no_longer_than(const LagrangeNode<D>& present, const BackMesh<D>& back,
                               const EdgeObjective<D>& objective, const Quadrature& rule, EdgeMinimum<D> minimum) {

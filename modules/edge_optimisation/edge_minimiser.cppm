@@ -14,10 +14,10 @@ import camber.metric;
 
 namespace camber {
 
-/// Points per sampling pack.
+/// Number of points that are sampled together.
 inline constexpr std::size_t edge_pack = 12;
 
-/// Calls sampled(points, hint, samples) per pack, then use(q, sample) per point.
+/// Calls sampled(points, hint, samples) for each pack of quadrature points, then use(q, sample) for each point q.
 template <int D, class Sampled, class Use>
 void each_along(const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint, Sampled&& sampled, Use&& use) {
     std::array<Vec<D>, edge_pack> points;
@@ -31,7 +31,7 @@ void each_along(const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId 
     }
 }
 
-/// Calls use(q, sample) with log M at each point.
+/// Calls use(q, sample) for each quadrature point q, with log M there.
 template <int D, class Use>
 void each_value_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint,
                       Use&& use) {
@@ -39,7 +39,7 @@ void each_value_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, con
         edge, rule, hint, [&](auto points, ElementId from, auto out) { back->sample_values(points, from, out); }, use);
 }
 
-/// With gradients.
+/// Like each_value_along, with gradients of log M.
 template <int D, class Use>
 void each_gradient_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint,
                          Use&& use) {
@@ -52,19 +52,19 @@ void each_gradient_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, 
 
 export namespace camber {
 
-/// With the number of samples outside the back mesh.
+/// Length of an edge, and the number of its sample points outside the background mesh.
 struct EdgeLength {
     double length = 0;
     int outside = 0;
     int lost = 0;
 };
 
-/// ∫ sqrt(l'ᵀ M(l) l') dt in the field of the back mesh. `hint`: an element near the first vertex.
+/// Length ∫ sqrt(l'ᵀ M(l) l') dt in the field of the back mesh. `hint`: an element near the first vertex.
 template <int D>
 [[nodiscard]] EdgeLength riemannian_length(const BackMesh<D>& back, const QuadraticEdge<D>& edge,
                                            const Quadrature& rule, ElementId hint);
 
-/// log M(t) is quadratic through log M_20, log M(P^l), log M_02 (paper §2.1, eq. 3 and 4).
+/// Metric along an edge: log M(t) is quadratic through log M_20, log M(P^l), log M_02 (paper §2.1, eq. 3 and 4).
 template <int D>
 struct EdgeField {
     LogMetric<D> l20, mid, l02;
@@ -83,16 +83,15 @@ template <int D>
 template <int D>
 [[nodiscard]] double riemannian_length(const EdgeField<D>& field, const QuadraticEdge<D>& edge, const Quadrature& rule);
 
-/// The energy ∫ l'ᵀ M l' dt has the same minimising curves as the length, at constant speed, with a regular Hessian.
-/// The length is invariant under reparametrisation: its Hessian is singular, and quadrature creates false minima.
+/// The energy ∫ l'ᵀ M l' dt has the same minimising curves as the length, at constant speed, and a regular Hessian. The
+/// length does not depend on the parametrisation, so its Hessian is singular, and quadrature creates false minima.
 enum class EdgeObjectiveKind : std::uint8_t { energy, length };
 [[nodiscard]] constexpr auto words(EdgeObjectiveKind) {
     return words_of(Word{EdgeObjectiveKind::energy, "energy"}, Word{EdgeObjectiveKind::length, "length"});
 }
 
-/// Field of the objective along the edge.
 enum class EdgeFieldKind : std::uint8_t {
-    back,  ///< of the back mesh at each quadrature point
+    back,  ///< field of the back mesh at each quadrature point
     edge,  ///< quadratic through the three log-metrics (paper §2.2.1, eq. 7)
 };
 [[nodiscard]] constexpr auto words(EdgeFieldKind) {
@@ -102,8 +101,8 @@ enum class EdgeFieldKind : std::uint8_t {
 template <int D>
 struct ObjectiveSample {
     double value = 0;
-    Vec<D> gradient;  ///< by P^l, in physical coordinates
-    Sym<D> hessian;   ///< SPD model with the metric frozen (energy), or its Gauss–Newton analogue (length)
+    Vec<D> gradient;  ///< derivative by P^l, in physical coordinates
+    Sym<D> hessian;   ///< positive definite, with the metric frozen (energy), or its Gauss–Newton analogue (length)
 };
 
 template <int D>
@@ -113,11 +112,12 @@ struct EdgeObjective {
     EdgeObjectiveKind kind = EdgeObjectiveKind::energy;
     EdgeFieldKind field = EdgeFieldKind::back;
     Vec<D> p20, p02;
-    LogMetric<D> l20, l02;  ///< at the ends; for EdgeFieldKind::edge
+    LogMetric<D> l20, l02;  ///< log M at the ends, for EdgeFieldKind::edge
     ElementId hint;
 
     [[nodiscard]] double value(const Vec<D>& node) const;
-    /// The gradient is exact unless a sample lies on a face of the back mesh. One decomposition per quadrature point.
+    /// The gradient is exact unless a sample lies on a face of the back mesh. Costs one eigendecomposition per
+    /// quadrature point.
     [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const;
 };
 
@@ -127,7 +127,7 @@ struct Chord {
     ElementId hint;  ///< an element near p20
 };
 
-/// Locates the ends of the chord from its hint. `back` and `rule` must outlive the result.
+/// Creates the objective and locates the ends of the chord from its hint. `back` and `rule` must outlive the result.
 template <int D>
 [[nodiscard]] EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule, EdgeObjectiveKind kind,
                                               EdgeFieldKind field, const Chord<D>& chord);
@@ -137,13 +137,13 @@ struct EdgeMinimiserOptions {
     EdgeFieldKind field = EdgeFieldKind::back;
     int quadrature_points = 4;
     int max_iterations = 30;
-    /// Ends if the predicted relative decrease is less.
+    /// The search ends if the predicted relative decrease is smaller.
     double tolerance = 1e-7;
-    double length_tolerance = 1e-3;     ///< for the length model
-    double max_tangential_shift = 0.2;  ///< at 1/4 the edge folds (l' = 0 at an end)
-    double max_offset = 4;              ///< metric lengths; an edge of a unit mesh has length 1
+    double length_tolerance = 1e-3;     ///< the same for the model of the length
+    double max_tangential_shift = 0.2;  ///< in chords; at 1/4 the edge folds (l' = 0 at an end)
+    double max_offset = 4;              ///< in metric lengths; an edge of a unit mesh has length 1
 
-    /// User options; callers that offer `objective` add it.
+    /// User options. Callers that offer `objective` add that option.
     [[nodiscard]] static constexpr auto options() {
         using S = EdgeMinimiserOptions;
         return std::tuple(
@@ -187,7 +187,7 @@ enum class EdgeSearch : std::uint8_t {
 template <int D>
 struct EdgeMinimum {
     LagrangeNode<D> node;
-    double straight_length = 0;  ///< length of the chord by report_points
+    double straight_length = 0;  ///< length of the chord by the rule of report_points
     double length = 0;           ///< length with `node`, never above straight_length
     EdgeSearch search = EdgeSearch::converged;
     bool shortened = false;  ///< the offset was reduced by the finer rule
@@ -198,11 +198,10 @@ struct EdgeMinimum {
 struct EdgeRules {
     Quadrature objective, report;
 };
-/// quadrature_points for the search, report_points for the final test.
 [[nodiscard]] EdgeRules edge_rules(const EdgeMinimiserOptions& options);
 
-/// P^l = mid + Γ(e, e)/8, Γ(e, e) = M⁻¹[(∂_e M) e − ½ eᵀ(∂M) e]: first Newton step of the energy (geodesic equation x''
-/// = −Γ(x', x')). Uses the recovered gradient, which does not depend on the back element.
+/// Returns P^l = mid + Γ(e, e)/8, Γ(e, e) = M⁻¹[(∂_e M) e − ½ eᵀ(∂M) e]: the first Newton step of the energy (geodesic
+/// equation x'' = −Γ(x', x')). Uses the recovered gradient, which does not depend on the back element.
 template <int D>
 [[nodiscard]] Vec<D> geodesic_start(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02, ElementId hint);
 
@@ -213,9 +212,9 @@ template <int D>
 [[nodiscard]] EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02,
                                            ElementId hint, const EdgeRules& rules, const EdgeMinimiserOptions& options);
 
-/// For edges of the back mesh; the shell must not be empty. Starts from the best closed-form minimum of the shell's
-/// sectors (the chord lies on kinks of the field), or from the present node if that is better. Never longer than the
-/// present edge, and independent of the order of the shell.
+/// Minimises the length of an edge of the back mesh with a non-empty shell. Starts from the best closed-form minimum of
+/// the shell's sectors, because the chord lies on kinks of the field, or from the present node if that is better. The
+/// result is never longer than the present edge, and independent of the order of the shell.
 template <int D>
 [[nodiscard]] EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, const BackEdge& edge,
                                                 const LagrangeNode<D>& present, const EdgeRules& rules,
@@ -230,7 +229,7 @@ struct BackEdges {
 struct EdgeSearchWork {
     std::size_t single = 0;          ///< edges searched individually
     std::size_t judged = 0;          ///< edges compared by the finer rule
-    std::size_t decompositions = 0;  ///< of M, in packs
+    std::size_t decompositions = 0;  ///< eigendecompositions of M, in packs
     EdgeSearchWork& operator+=(const EdgeSearchWork& o) {
         single += o.single;
         judged += o.judged;
@@ -239,8 +238,8 @@ struct EdgeSearchWork {
     }
 };
 
-/// minimise_back_edge in packs, without lengths (0). Results are bitwise independent of other edges and of the
-/// instruction set.
+/// Like minimise_back_edge, for many edges in packs; lengths are not computed (0). Results are bitwise independent of
+/// other edges and of the instruction set.
 template <int D>
 EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, const BackEdges<D>& edges, const EdgeRules& rules,
                                    const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
@@ -249,11 +248,11 @@ EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, const BackEdges<D>& 
 template <int D>
 struct FreeEdge {
     BackVertex<D> a, b;
-    ElementId hint;  ///< an element near a
+    ElementId hint;  ///< an element near vertex a
 };
 
-/// minimise_edge in packs, from the chord with the gradient of its elements. Edges are searched individually if the
-/// field is curved or the chord leaves the mesh.
+/// Like minimise_edge, for many edges in packs. Starts from the chord with the gradient of its elements. Edges are
+/// searched individually if the field is curved or the chord leaves the mesh.
 template <int D>
 EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<D>> edges, const EdgeRules& rules,
                               const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
@@ -263,11 +262,11 @@ EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<
 
 namespace camber {
 
-/// P = mid + S y: frame of the metric at the chord midpoint, in which the frozen-metric Hessian is the identity.
+/// Frame of the metric at the chord midpoint, in which the frozen-metric Hessian is the identity: P = mid + S y.
 template <int D>
 struct UnitFrame {
     Vec<D> origin;
-    Mat<D> s;              ///< columns r_k (H scale · e^{λ_k})^{-1/2}
+    Mat<D> s;              ///< columns r_k (curvature · e^{λ_k})^{-1/2}
     Vec<D> metric_weight;  ///< |S y|²_M = Σ weight_k y_k²
     Vec<D> chord;
     double max_shift = 0, max_offset = 0;
@@ -282,13 +281,13 @@ struct UnitFrame {
         return y;
     }
 
-    /// Applies the limits of the shift (in chords) and of the offset (in metric lengths).
+    /// Limits y by the maximum shift (in chords) and the maximum offset (in metric lengths).
     [[nodiscard]] Vec<D> bounded(Vec<D> y) const {
         double length = 0;
         for (int k = 0; k < D; ++k) length += metric_weight[k] * y[k] * y[k];
         length = std::sqrt(length);
         if (length > max_offset) y *= max_offset / length;
-        // Projection onto the slab |a·y| ≤ max_shift also reduces |y|, so both limits hold.
+        // The projection onto the slab |a·y| ≤ max_shift also reduces |y|, so both limits hold.
         const Vec<D> a = transposed_times(s, chord) / norm_squared(chord);
         const double shift = dot(a, y);
         if (std::abs(shift) <= max_shift) return y;
@@ -305,7 +304,7 @@ UnitFrame<D> unit_frame(const BackMesh<D>& back, const EdgeObjective<D>& objecti
     frame.max_shift = max_tangential_shift;
     frame.max_offset = max_offset;
     const SpectralMetric<D> metric(sample_value(back, frame.origin, objective.hint).log_metric);
-    // ∫ 2·16(1−2t)² dt = 32/3 for the energy; for the length divided by 2 sqrt(q).
+    // ∫ 2·16(1−2t)² dt = 32/3 for the energy; for the length, this is divided by 2 sqrt(q).
     double curvature = 32.0 / 3;
     if (objective.kind == EdgeObjectiveKind::length)
         curvature /= 2 * std::sqrt(std::max(metric.length_squared(frame.chord), 1e-300));
@@ -316,11 +315,11 @@ UnitFrame<D> unit_frame(const BackMesh<D>& back, const EdgeObjective<D>& objecti
     return frame;
 }
 
-/// Sectors: a chord of the back mesh lies on kinks of the field. Each element of its shell has its own gradient, with a
-/// local minimum in its sector (the wedge around the chord) or on a face. While the node stays in a sector, so does the
-/// whole parabola; the model value + gᵀy + |y|²/2 in the unit frame is exact to second order.
+/// A chord of the back mesh lies on kinks of the field. Each element of its shell has its own gradient, with a local
+/// minimum in its sector (the wedge around the chord) or on a face of the sector. While the node stays in a sector, the
+/// whole parabola does too. The model value + gᵀy + |y|²/2 in the unit frame is then exact to second order.
 
-/// Gradient at the chord: ∂_i = common_i + ⟨adjoint, G_i⟩ with the field gradient G of a sector.
+/// Gradient at the chord: ∂_i = common_i + ⟨adjoint, G_i⟩, where G is the field gradient in a sector.
 template <int D>
 struct ChordGradient {
     Vec<D> common;
@@ -343,7 +342,7 @@ ChordGradient<D> chord_gradient(const BackMesh<D>& back, const EdgeObjective<D>&
     return out;
 }
 
-/// Nearest point of the cone { y : a_k·y ≥ 0 } to y.
+/// Returns the point of the cone { y : a_k·y ≥ 0 } nearest to y.
 template <int D>
 Vec<D> nearest_in_sector(const Vec<D>& y, const std::array<Vec<D>, D - 1>& walls) {
     const auto onto = [](const Vec<D>& p, const Vec<D>& wall) { return p - dot(p, wall) / norm_squared(wall) * wall; };
@@ -365,7 +364,8 @@ Vec<D> nearest_in_sector(const Vec<D>& y, const std::array<Vec<D>, D - 1>& walls
     }
 }
 
-/// Sector minimum with the best model; zero if none predicts a decrease. Independent of the order of the shell.
+/// Returns the minimum in the sector with the best model value; zero if no sector predicts a decrease. Independent of
+/// the order of the shell.
 template <int D>
 Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& objective, const UnitFrame<D>& frame,
                          VertexId a, VertexId b, std::span<const ElementId> shell) {
@@ -376,7 +376,7 @@ Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& object
         Vec<D> g = chord.common;
         for (int i = 0; i < D; ++i) g[i] += inner(chord.adjoint, field[i]);
         for (Vec<D>& wall : walls) wall = frame.gradient(wall);
-        // The model's decrease at the projection y of −g is |y|²/2.
+        // At the projection y of −g, the model decreases by |y|²/2.
         const Vec<D> y = nearest_in_sector<D>(-frame.gradient(g), walls);
         // On a shared wall both sectors find the same point up to rounding; the comparison makes the choice unique.
         if (norm_squared(y) > norm_squared(best) || (norm_squared(y) == norm_squared(best) && y.c > best.c)) best = y;
@@ -393,8 +393,8 @@ template <int D>
 struct Iterate {
     Vec<D> y;
     double value = 0;
-    Vec<D> gradient;  ///< in the frame
-    Sym<D> hessian;   ///< the model, in the frame
+    Vec<D> gradient;
+    Sym<D> hessian;  ///< the model, in the unit frame
 };
 
 template <int D>
@@ -403,7 +403,7 @@ Iterate<D> evaluated(const EdgeObjective<D>& objective, const UnitFrame<D>& fram
     return {y, sample.value, frame.gradient(sample.gradient), congruence(transposed(frame.s), sample.hessian)};
 }
 
-/// H⁻¹ of a well-conditioned symmetric matrix, else the identity.
+/// Returns H⁻¹ if H is well-conditioned, else the identity.
 template <int D>
 Sym<D> inverse_of(const Sym<D>& h) {
     Mat<D> m;
@@ -416,7 +416,7 @@ Sym<D> inverse_of(const Sym<D>& h) {
     return out;
 }
 
-/// BFGS by step s and gradient change d; skipped without positive curvature.
+/// BFGS update with step s and gradient change d; skipped if the curvature is not positive.
 template <int D>
 void update_inverse_hessian(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
     const double sd = dot(s, d);
@@ -449,7 +449,7 @@ void polish(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, Iterat
     }
 }
 
-/// Halves the prediction until it improves on the straight edge, else returns that.
+/// Halves the predicted offset until the edge is better than the straight one.
 template <int D>
 Iterate<D> start(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Vec<D>& predicted) {
     const Iterate<D> straight = evaluated(objective, frame, Vec<D>{});

@@ -17,37 +17,38 @@ import :edge_pack_objective;
 /// Eight simultaneous searches, and quasi-Newton steps in each lane.
 namespace camber {
 
-/// Remaining share of a step at which a bound blocks the node.
+/// A search is blocked if a bound leaves less than this share of its step.
 inline constexpr double blocked_step = 1e-3;
-/// |y| of an offset of unit length: sqrt(energy_curvature).
+/// |y| of an offset of metric length 1: sqrt(energy_curvature).
 inline constexpr double unit_offset = 3.2659863237109041;
 inline constexpr int max_attempts = 8;
 /// Relative tolerance of equal lengths.
 inline constexpr double length_rounding = 1e-11;
 inline constexpr int max_crossings = 6;
 inline constexpr int max_length_steps = 5;
-/// Predicted share below which an energy step is the last and is not evaluated (docs/algorithms/edge-minimisation.md).
+/// An energy step with a smaller predicted relative decrease is the last and is not evaluated
+/// (docs/algorithms/edge-minimisation.md).
 inline constexpr double last_step = 3e-4;
-/// The same on the way from the energy's minimum to the length's.
+/// The same for steps from the energy's minimum to the length's.
 inline constexpr double last_step_of_length = 2e-4;
-/// Maximum |y|² of such a step, as a share of the energy; also limited by the gain, because the length model is
-/// inaccurate along the edge.
+/// Maximum |y|² of a step that is not evaluated, as a share of the energy. The gain limits it too, because the length
+/// model is inaccurate along the edge.
 inline constexpr double max_blind_step = 0.02;
-/// The same in an extrapolated field; the step is then evaluated.
+/// The value of `last_step` in an extrapolated field, where the step is evaluated.
 inline constexpr double extrapolated_last_step = 1e-1;
 
-/// Parabolas beyond their element near an end by less than this (in chords) are first searched in its extrapolated
-/// field.
+/// Parabolas that leave their element near an end by less than this (in chords) are first searched in the extrapolated
+/// field of the element.
 inline constexpr double max_extrapolation = 8;
 
-/// Maximum change of log M along the chord, to the shell's vertices and to the node, for a search from the chord. Other
-/// edges do not resolve the field and probe other positions first.
+/// A search starts from the chord if log M changes by at most this along the chord, to the shell's vertices and to the
+/// node. Other edges do not resolve the field, so other positions are probed first.
 inline constexpr double max_change = 3;
 /// Above this change of log M (a size factor of 50), slopes do not predict steps.
 inline constexpr double max_change_for_slopes = 8;
-/// Smaller relative gains are ignored. Larger ones are accepted with at least `min_points` if they exceed the
-/// uncertainty of the length or, with kinks, `sure_share_with_kinks` times max(1, change of log M squared) (evidence:
-/// docs/algorithms/edge-minimisation.md).
+/// Smaller relative gains are ignored. Larger gains are accepted if the rule has at least `min_points` points and the
+/// gain exceeds the uncertainty of the length or, with kinks, `sure_share_with_kinks` times max(1, change of log M
+/// squared) (docs/algorithms/edge-minimisation.md).
 inline constexpr double min_gain = 1e-6;
 inline constexpr std::size_t min_points = 4;
 inline constexpr double sure_share_with_kinks = 0.03;
@@ -61,14 +62,14 @@ struct SearchPack {
     VecPack<D> direction;
     SymPack<D> inverse_hessian;
     Pack slope{}, step{}, attempts{}, steps{}, crossings{};
-    Pack by_length{}, running{};  ///< 1 or 0
-    Pack change{};                ///< maximum change of log M within the shell
-    Pack along{};                 ///< change of log M along the chord
-    Pack probed{};                ///< 1: has probed
-    // While the field is that of one element:
+    Pack by_length{}, running{};  ///< 1: true, 0: false
+    Pack change{};
+    Pack along{};
+    Pack probed{};  ///< 1: positions were probed
+    // Valid while the search uses the field of one element.
     WedgePack<D> wedge;
-    EdgeSums<D> sums;        ///< sums of `at`
-    EdgeValues<D> on_chord;  ///< at the start of the search
+    EdgeSums<D> sums;  ///< sums for the node at `at`
+    EdgeValues<D> on_chord;
 };
 template <int D>
 struct SearchLanes {
@@ -76,7 +77,6 @@ struct SearchLanes {
     std::array<std::uint32_t, pack_size> edge{};
     std::array<ElementId, pack_size> element{};
 
-    /// Lanes without an edge need a valid element.
     [[gnu::always_inline]] inline void set_default_elements() { element.fill(ElementId(std::size_t{0})); }
 };
 
@@ -95,7 +95,7 @@ template <int D>
                                              std::size_t from_lane) {
     copy_packs(to, to_lane, from, from_lane, sizeof(SearchPack<D>));
 }
-/// Omits the data of the element that the search leaves.
+/// Copies a search to another lane, without the data of the element that it leaves.
 template <int D>
 [[gnu::always_inline]] inline void copy_leaving(SearchLanes<D>& to, std::size_t to_lane, const SearchLanes<D>& from,
                                                 std::size_t from_lane) {
@@ -126,7 +126,7 @@ template <int D>
     return sqrt(dot(v, v));
 }
 
-/// Inverse Hessian in the free directions; tangential on an active bound.
+/// Inverse Hessian in the free directions, which are tangential to active bounds.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> free_part(const SearchPack<D>& s, SymPack<D> h,
                                                               const VecPack<D>& gradient,
@@ -147,7 +147,6 @@ template <int D>
     return h;
 }
 
-/// Share of a step within the shift bound.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack reach(const SearchPack<D>& s, const EdgeMinimiserOptions& options) {
     const Pack shift = dot(s.frame.shift, s.y);
@@ -156,7 +155,6 @@ template <int D>
     return max(select((change != 0) & (share < 1), share, packed(1)), packed(0));
 }
 
-/// y + step · direction, limited to the maximum offset.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> trial_of(const SearchPack<D>& s,
                                                              const EdgeMinimiserOptions& options) {
@@ -169,8 +167,8 @@ template <int D>
     return y;
 }
 
-/// Distance of a parabola beyond its element near an end, in chords: 0 if the end's coordinate changes by at least
-/// −1/4.
+/// Distance, in chords, by which a parabola leaves its element near an end: 0 if the end's coordinate changes by at
+/// least −1/4.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack beyond_ends(const SearchPack<D>& s, const VecPack<D>& y) {
     const Pack b = dot(s.wedge.rise_b, y);
@@ -179,7 +177,6 @@ template <int D>
     return max(-min(a, b) - 0.25, packed(0));
 }
 
-/// True if the trial leaves its element too far for extrapolation.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask leaves(const SearchPack<D>& s, const EdgeMinimiserOptions& options) {
     return beyond_ends(s, trial_of(s, options)) > max_extrapolation;
@@ -228,7 +225,6 @@ template <int D>
     }
     choose(mask, to.rise_b, from.rise_b);
 }
-/// Lexicographic a > b.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask after(const VecPack<D>& a, const VecPack<D>& b) {
     Mask equal = a[0] == b[0];
@@ -247,7 +243,7 @@ template <int D>
 /// constant: ∂r = 4t(1−t) J, J_km = ½ Σ_i F_ki (∂_m L)_ki c_i, with divided differences F of exp(x/2).
 namespace camber {
 
-/// 2 ∫ (4t(1−t))² dt = 16/15, doubled because the omitted r·∂²r is as large for constant axes.
+/// 2 ∫ (4t(1−t))² dt = 16/15, doubled because the omitted term r·∂²r is as large for constant axes.
 inline constexpr double bulge_curvature = 2 * 16.0 / 15;
 
 /// F_ij = (e^{λ_i/2} − e^{λ_j/2})/(λ_i/2 − λ_j/2) at the midpoint.
@@ -272,7 +268,6 @@ template <int D>
     return divided;
 }
 
-/// J, in the unit frame.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline MatPack<D> bulge_jacobian(const ChordFrame<D>& f, const WedgePack<D>& w) {
     const SymPack<D> divided = divided_roots(f);
@@ -289,7 +284,6 @@ template <int D>
     return jacobian;
 }
 
-/// Inverse of a matrix that is at least the identity, by cofactors.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> inverse_by_cofactors(const SymPack<D>& h) {
     SymPack<D> out;
@@ -313,10 +307,9 @@ template <int D>
     return out;
 }
 
-/// Curvature above which cofactors lose too many digits; steps start with the identity.
+/// For a higher curvature cofactors lose too many digits, and steps start with the identity.
 inline constexpr double max_bulge_curvature = 1e6;
 
-/// Initial H⁻¹ in the wedge.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> inverse_hessian_at_chord(const ChordFrame<D>& f,
                                                                              const WedgePack<D>& w) {
@@ -341,10 +334,10 @@ namespace camber {
 template <int D>
 struct PackedEdges {
     const StraightBack<D>& back;
-    std::span<const BackEdge> edges;  ///< of the back mesh; empty for free edges
+    std::span<const BackEdge> edges;
     std::span<const FreeEdge<D>> free;
-    const CurvedBack<D>* curved;           ///< field on a curved back mesh
-    std::span<const std::uint32_t> order;  ///< order of processing
+    const CurvedBack<D>* curved;
+    std::span<const std::uint32_t> order;
     const EdgeRules& rules;
     const EdgeMinimiserOptions& options;
     std::span<EdgeMinimum<D>> minima;
@@ -358,7 +351,7 @@ struct BestSector {
     VecPack<D> step;
     Pack slope{};
     Pack slot{};
-    Pack change{};  ///< maximum change of log M to a shell vertex
+    Pack change{};
 };
 
 template <int D>
@@ -413,13 +406,12 @@ template <int D>
     to.change = select(mask, from.change, to.change);
 }
 
-/// Change of log M between the ends.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack change_of(const SearchPack<D>& s) {
     return sqrt(inner(s.frame.change, s.frame.change));
 }
 
-/// Edges that do not resolve their field are not busy; they probe first.
+/// Prepares the searches. Edges that do not resolve the field are not busy, because other positions are probed first.
 template <int D>
 [[gnu::always_inline]] inline void begin(const PackedEdges<D>& all, const std::array<std::uint32_t, pack_size>& lanes,
                                          int count, SearchLanes<D>& out) {
@@ -444,7 +436,7 @@ template <int D>
     s.change = max(s.along, best.change);
     const Mask unresolved = ~(s.change < max_change);
     if (all.options.objective == EdgeObjectiveKind::length && any(unresolved)) {
-        // These start with the length.
+        // Edges that do not resolve the field start with the length.
         const Pack curvature = 2 * s.chord_length;
         choose(unresolved, best, best_sector(all, lanes, chords, s.frame, s.sums.length, curvature));
         choose(unresolved, s.inverse_hessian, multiple_of_identity<D>(curvature));
@@ -454,7 +446,7 @@ template <int D>
     s.at = s.on_chord = values_in(s.frame, s.wedge, s.sums);
     s.direction = best.step;
     s.slope = best.slope;
-    // The identity selects the sector; the actual curvature gives the first step.
+    // The sector is selected with the identity; the first step uses the actual curvature.
     choose(~unresolved, s.inverse_hessian, inverse_hessian_at_chord(s.frame, s.wedge));
     const WallStep<D> first = step_within<D>(s.wedge.rise, s.inverse_hessian, s.at.energy_gradient, s.y);
     choose(~unresolved, s.direction, first.step);
@@ -474,8 +466,8 @@ template <int D>
 
 }  // namespace camber
 
-/// Start of eight searches for other edges than those of the back mesh, at located chord points: the first step is
-/// minus the gradient (frozen-metric Hessian is the identity), which is the first geodesic step.
+/// Start of eight searches for edges that are not in the back mesh, at located points of the chord. The first step is
+/// minus the gradient, because the frozen-metric Hessian is the identity. This is the first geodesic step.
 namespace camber {
 
 template <int D>
@@ -498,7 +490,7 @@ template <int D>
            std::ranges::any_of(points, [&](const auto& at) { return all.curved->is_curved(at.element[lane]); });
 }
 
-/// Edges that do not resolve their field are not busy. The change of log M is known at the chord's points only.
+/// The change of log M is known only at the points of the chord.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SearchLanes<D> started_at_chords(
     const PackedEdges<D>& all, const std::array<std::uint32_t, pack_size>& lanes, int count) {
@@ -518,7 +510,7 @@ template <int D>
     for (std::size_t q = 0; q < n_points; ++q)
         for (const SymPack<D>& change : points[q].change) s.change = max(s.change, sqrt(inner(change, change)));
     s.along = s.change;
-    // Unresolved edges start with the length if that is the objective.
+    // Edges that do not resolve the field start with the length if that is the objective.
     const Mask by_length = ~(s.change < max_change) & Mask(all.options.objective == EdgeObjectiveKind::length ? -1 : 0);
     s.by_length = select(by_length, packed(1), packed(0));
     s.inverse_hessian = multiple_of_identity<D>(select(by_length, 2 * s.chord_length, packed(1)));
@@ -540,7 +532,6 @@ template <int D>
     return out;
 }
 
-/// Chord length by the finer rule.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack chord_length(const PackedEdges<D>& all, const SearchLanes<D>& lanes,
                                                            WalkMarks& marks) {

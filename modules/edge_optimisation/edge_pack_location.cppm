@@ -22,16 +22,15 @@ template <int D>
 struct ElementsPack {
     std::array<ElementId, pack_size> element{};
     std::array<VecPack<D>, D + 1> corner{};
-    SymPack<D> log_metric{};                ///< at the first corner
-    std::array<SymPack<D>, D> change{};     ///< at the others, relative to that
+    SymPack<D> log_metric{};
+    std::array<SymPack<D>, D> change{};
     std::array<VecPack<D>, D + 1> slope{};  ///< ∇u as in ElementFrame
     Pack tolerance{};
-    Mask slim{};  ///< slim element: coordinates by ElementFrame
+    Mask slim{};  ///< slim element: ElementFrame computes the coordinates
 };
 template <int D>
 using PointElements = std::array<ElementsPack<D>, max_points>;
 
-/// Computes ∇u of the corners; in slim lanes by ElementFrame.
 template <int D>
 [[gnu::always_inline]] inline void measure(const StraightBack<D>& back, ElementsPack<D>& e) {
     MatPack<D> sides;
@@ -69,7 +68,6 @@ template <int D>
     }
 }
 
-/// Calls use(lane) for the lanes of the mask.
 template <class Use>
 [[gnu::always_inline]] inline void each_lane(Mask mask, const Use& use) {
     using Flags = bool __attribute__((ext_vector_type(8)));
@@ -158,24 +156,24 @@ template <int D>
     return u;
 }
 
-/// Lanes not located, and lanes outside the boundary.
+/// Lanes with a point that was not located, and lanes with a point outside the boundary.
 struct WalkMarks {
     Mask lost{}, outside{};
 };
 
-/// Coordinates of a point, or of its boundary projection with the normal.
+/// Element coordinates of points; outside the boundary, of their projections, with the normal there.
 template <int D>
 struct LocatedPack {
     std::array<Pack, D + 1> u{};
     VecPack<D> normal;
 };
 
-/// A face, identified by its opposite corner.
 struct LaneFace {
     int lane, opposite;
 };
 
-/// Crosses the face of the lowest coordinate; at the boundary, projects the point onto it.
+/// Moves to the neighbour across the face with the lowest coordinate. At the boundary, projects the point onto the
+/// face.
 template <int D>
 [[gnu::always_inline]] inline void cross_face(const StraightBack<D>& back, LaneFace face, ElementsPack<D>& elements,
                                               VecPack<D>& x, LocatedPack<D>& place, WalkMarks& marks) {
@@ -196,8 +194,8 @@ template <int D>
     marks.outside[lane] = -1;
 }
 
-/// Walks from `elements` in lanes that are not lost, along the boundary where it is met. All points walk together,
-/// which hides memory latency.
+/// Walks from `elements` to the points x, in lanes that are not lost; a walk that meets the boundary follows it. All
+/// points walk together, which hides memory latency.
 template <int D>
 [[gnu::always_inline]] inline void locate(const StraightBack<D>& back, std::span<ElementsPack<D>> elements,
                                           std::span<VecPack<D>> x, std::span<LocatedPack<D>> places, WalkMarks& marks) {
@@ -267,7 +265,7 @@ template <int D>
     return t;
 }
 
-/// ⟨adjoint, ∂ log M⟩. Outside the boundary the field is constant along the normal.
+/// Outside the boundary the field is constant along the normal.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> slope_across(const ElementsPack<D>& elements,
                                                                  const VecPack<D>& normal, const SymPack<D>& adjoint) {
@@ -287,7 +285,6 @@ struct CurvePack {
     const ChordFrame<D>& frame;
     const VecPack<D>& y;
 
-    /// Offsets from the chord midpoints, along the frame's axes.
     [[nodiscard, gnu::always_inline]] inline VecPack<D> offset() const {
         VecPack<D> out;
         for (int i = 0; i < D; ++i) out[i] = frame.scale[i] * y[i];
@@ -295,7 +292,8 @@ struct CurvePack {
     }
 };
 
-/// Gradients are in the unit frame. Calls use(q, point, slope) with the slope of w q.
+/// Evaluates the parabolas at located points; gradients are in the unit frame. Calls use(q, point, slope) with the
+/// slope of w q.
 template <int D, class Use>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
                                                                       const CurvePack<D>& curve, const Quadrature& rule,
@@ -355,7 +353,7 @@ template <int D>
                           [](std::size_t, const PointPack<D>&, const VecPack<D>&) __attribute__((always_inline)) {});
 }
 
-/// `elements`: start and end of the walks.
+/// `elements`: first elements of the walks; afterwards the last ones.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths(const StraightBack<D>& back,
                                                                        const CurvePack<D>& curve,
@@ -376,7 +374,7 @@ template <int D>
     return out;
 }
 
-/// The same, with a separate walk for each point.
+/// Like located_lengths, with a separate walk for each point.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths_beside(const StraightBack<D>& back,
                                                                               const CurvePack<D>& curve,

@@ -7,23 +7,22 @@ import camber.metric;
 
 namespace camber {
 
-/// A shell element is a wedge around the chord: coordinates of vertices off the edge increase from its walls. While the
-/// node's offset o stays in the wedge and changes the end coordinates by at least −1/4, the parabola chord + 4t(1−t) o
-/// is in the element. There log M is (1−t) L_a + t L_b + 4t(1−t) Σ (∇u_v·o) L_v, without location or kinks.
+/// A shell element is a wedge around the chord. The coordinates of its vertices off the edge are 0 on its walls. While
+/// the node's offset o stays in the wedge and changes the end coordinates by at least −1/4, the parabola chord +
+/// 4t(1−t) o is in the element. There log M is (1−t) L_a + t L_b + 4t(1−t) Σ (∇u_v·o) L_v, without location or kinks.
 
-/// One shell element per lane, in space.
 template <int D>
 struct ShellElementPack {
-    std::array<VecPack<D>, D - 1> rise;    ///< ∇u of the vertices off the edge
-    std::array<Pack, D - 1> along{};       ///< position along the chord, in chords
-    std::array<SymPack<D>, D - 1> change;  ///< log M relative to a
+    std::array<VecPack<D>, D - 1> rise;  ///< ∇u of each vertex off the edge
+    std::array<Pack, D - 1> along{};
+    std::array<SymPack<D>, D - 1> change;  ///< log M minus its value at a
 };
 
 template <int D>
 struct ChordPack {
     std::array<VertexId, pack_size> a, b;
     VecPack<D> origin, chord;
-    SymPack<D> log_metric, change;  ///< at a, and from a to b
+    SymPack<D> log_metric, change;  ///< log M at a, and its change from a to b
 };
 
 template <int D>
@@ -55,14 +54,14 @@ template <int D>
     return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 
-/// Uses components across the chord, so that needles keep their accuracy.
+/// Computes the elements from components across the chord, which is accurate for needles too.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline ShellElementPack<D> shell_elements(
     const StraightBack<D>& back, const ChordPack<D>& edges, const std::array<ElementId, pack_size>& elements) {
     ShellElementPack<D> w;
     std::array<VecPack<D>, D - 1> across;
     for (int lane = 0; lane < pack_size; ++lane) {
-        // Vertices off the edge; branches would be mispredicted half of the time.
+        // Vertices off the edge, found without branches, which would be mispredicted half of the time.
         std::array<VertexId, D + 2> off{};
         std::size_t count = 0;
         for (const VertexId v : back.mesh.elements.vertices[elements[lane]]) {
@@ -104,7 +103,6 @@ template <int D>
     }
     return r;
 }
-/// Σ A_ij B_ij.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack inner(const SymPack<D>& a, const SymPack<D>& b) {
     Pack diagonal = a(0, 0) * b(0, 0);
@@ -123,12 +121,12 @@ template <int D>
     for (int k = 0; k < sym_size<D>; ++k) to.c[k] = select(mask, from.c[k], to.c[k]);
 }
 
-/// Model step within a cone { y : rise_k·y ≥ 0 }, and its active walls.
+/// Step that minimises the model within a cone { y : rise_k·y ≥ 0 }, and the active walls.
 template <int D>
 struct WallStep {
     VecPack<D> step;
     std::array<Mask, D - 1> active{};
-    Pack slope{};  ///< of the objective along it
+    Pack slope{};
 };
 
 /// Minimises gᵀs + ½ sᵀ H s with y + s in the cone.
@@ -174,15 +172,15 @@ template <int D>
     return out;
 }
 
-/// Nearly zeroes a(p, q) in `lanes`. The half angle is a rational approximation with the same order of convergence and
-/// without a root.
+/// Rotates a so that a(p, q) nearly vanishes in `lanes`. The half angle is a rational approximation with the same order
+/// of convergence and without a root.
 template <int D>
 [[gnu::always_inline]] inline void rotate_log(SymPack<D>& a, MatPack<D>& r, int p, int q, Mask lanes) {
     const Pack difference = a(q, q) - a(p, p);
     const Pack twice = 2 * a(p, q);
     const Pack d = abs(difference);
     const Pack o = abs(twice);
-    // tan(atan(x)/4), x = o/d, up to x⁴: x (1 + αx)/(4 + 4αx + 5x²/4), α = (5/4) tan(π/8).
+    // tan(atan(x)/4), x = o/d, is approximated up to x⁴ by x (1 + αx)/(4 + 4αx + 5x²/4), α = (5/4) tan(π/8).
     constexpr double alpha = 1.25 * 0.41421356237309503;
     const Pack up = o * (d + alpha * o);
     const Pack down = d * (4 * d + 4 * alpha * o) + (1.25 * o * o + 1e-60);
@@ -203,7 +201,8 @@ template <int D>
     rotate_columns(r, p, q, c, s);
 }
 
-/// Off-diagonal entries end below 1e-13, absolutely, since sizes are the exponential.
+/// Computes eigensystems. Off-diagonal entries end below 1e-13 absolutely, because sizes are exponentials of the
+/// eigenvalues.
 ///
 /// N matrices are processed together to hide latency; results are bitwise the same as individually.
 template <int D, std::size_t N>
@@ -247,8 +246,8 @@ struct ChordFrame {
     VecPack<D> middle;
     MatPack<D> axes;
     VecPack<D> scale;
-    VecPack<D> chord;               ///< along the axes
-    SymPack<D> log_metric, change;  ///< at a, and from a to b, along the axes
+    VecPack<D> chord;
+    SymPack<D> log_metric, change;  ///< log M at a, and its change to b
     VecPack<D> shift;               ///< shift·y is the node's shift along the chord, in chords
 };
 
@@ -275,12 +274,11 @@ template <int D>
     return f;
 }
 
-/// A shell element in the unit frame.
 template <int D>
 struct WedgePack {
-    std::array<VecPack<D>, D - 1> rise;    ///< ∂u/∂y of the vertices off the edge
-    VecPack<D> rise_b;                     ///< that of b
-    std::array<SymPack<D>, D - 1> change;  ///< log M relative to a
+    std::array<VecPack<D>, D - 1> rise;  ///< ∂u/∂y for each vertex off the edge
+    VecPack<D> rise_b;                   ///< ∂u/∂y of b
+    std::array<SymPack<D>, D - 1> change;
 };
 
 template <int D>
@@ -302,7 +300,8 @@ template <int D>
     return w;
 }
 
-/// ∂_i = scale_i common_i + ⟨adjoint, ∂_i log M⟩: common part and the slope of log M in each element.
+/// Sums for the gradient ∂_i = scale_i common_i + ⟨adjoint, ∂_i log M⟩: common part, and the slope of log M in each
+/// element.
 template <int D>
 struct ObjectiveSums {
     Pack value{};
@@ -340,8 +339,8 @@ template <int D>
     return gradient_in(f, w, sums.common, sums.adjoint);
 }
 
-/// Relative uncertainty for four or more points: the coefficients of a smooth speed decrease geometrically, and the
-/// rule's error is the eighth.
+/// Relative uncertainty of the length for four or more points. The Legendre coefficients of a smooth speed decrease
+/// geometrically, and the error of the rule is the eighth coefficient.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack unsure_share(const EdgeSums<D>& sums) {
     const Pack share = (abs(sums.second) + abs(sums.third)) / sums.length.value;
@@ -376,7 +375,7 @@ template <int D>
     return p;
 }
 
-/// Decomposed M, and the velocity in its axes.
+/// Eigendecomposition of M at a point, and the velocity l' in its axes.
 template <int D>
 struct PointPack {
     EigenPack<D> log_metric;
@@ -416,7 +415,7 @@ template <int D>
     return l;
 }
 
-/// Calls use(q, point) in pairs of equal distance from the middle, because outer points take more rotations.
+/// Calls use(q, point) in pairs of points at equal distance from the middle, because outer points take more rotations.
 template <int D, class Use>
 [[gnu::always_inline]] inline void each_point(const ChordFrame<D>& f, const ParabolaPack<D>& p, const Quadrature& rule,
                                               const Use& use) {
@@ -478,7 +477,7 @@ template <int D>
     for (int k = 0; k < sym_size<D>; ++k) sums.adjoint.c[k] += by_metric * adjoint.c[k];
 }
 
-/// q = l'ᵀ M l' has ∂_i q = 8(1−2t)(M l')_i + 4t(1−t)⟨adjoint, ∂_i log M⟩, and ∂_i sqrt(q) is that over 2 sqrt(q).
+/// With q = l'ᵀ M l': ∂_i q = 8(1−2t)(M l')_i + 4t(1−t)⟨adjoint, ∂_i log M⟩, and ∂_i sqrt(q) = ∂_i q / (2 sqrt(q)).
 /// Calls use(q, point, M l', adjoint).
 template <int D, class Use>
 [[nodiscard, gnu::always_inline]] inline EdgeSums<D> sums_along(const ChordFrame<D>& f, const ParabolaPack<D>& p,

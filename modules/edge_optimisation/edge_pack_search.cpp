@@ -28,15 +28,16 @@ template <int D>
     return times(f.axes, o);
 }
 
-/// Precondition: the node is the chord midpoint (one call per edge).
+/// Stores the node. Precondition: it is the chord midpoint (one call per edge).
 template <int D>
 [[gnu::always_inline]] inline void put_node(const PackedEdges<D>& all, std::uint32_t edge, const VecPack<D>& offset,
                                             int lane) {
     for (int i = 0; i < D; ++i) all.minima[edge].node.point[i] += offset[i][lane];
 }
 
-/// Halves the offset until the edge is shorter than its chord; length_of(lanes, marks) and `chord` use the finer rule;
-/// `beside`: marks of the chord. Edges that cross the boundary go to `judge`, which projects onto it.
+/// Halves the offset until the edge is shorter than its chord. length_of(lanes, marks) and `chord` use the finer rule;
+/// `beside` contains the marks of the chord. Edges that cross the boundary are passed to `judge`, which projects onto
+/// the boundary.
 template <int D, class Length>
 [[gnu::always_inline]] inline void judged(const PackedEdges<D>& all, SearchLanes<D>& lanes, int count, Pack chord,
                                           const WalkMarks& beside, const Length& length_of) {
@@ -68,7 +69,6 @@ template <int D, class Length>
     all.work.judged += static_cast<std::size_t>(count);
 }
 
-/// Within an element, and anywhere in the mesh.
 template <int D>
 [[gnu::always_inline]] inline void judge_within(const PackedEdges<D>& all, SearchLanes<D>& open, int count) {
     const Pack chord = length_along(open.pack.frame, ParabolaPack<D>{}, all.rules.report);
@@ -89,7 +89,6 @@ template <int D>
            });
 }
 
-/// Searches that wait for lanes.
 template <int D>
 struct SearchQueue {
     std::array<SearchLanes<D>, 4> lanes{};
@@ -152,14 +151,13 @@ template <int D, class Where>
     }
 }
 
-/// Continues from the best probe, or queues it for the final test.
 template <int D>
 [[gnu::always_inline]] inline void probe(const PackedEdges<D>& all, SearchLanes<D>& lanes, int count,
                                          PointElements<D>& points, SearchQueue<D>& leaving, SearchQueue<D>& to_judge) {
     SearchPack<D>& s = lanes.pack;
     Mask open{};
     for (int lane = 0; lane < count; ++lane) open[lane] = -1;
-    // Probes far apart have no energy valley to search first.
+    // Probed positions are far apart, so no valley of the energy is searched first.
     const bool shortens = all.options.objective == EdgeObjectiveKind::length || all.options.length_tolerance > 0;
     s.by_length = packed(shortens ? 1 : 0);
     s.probed = packed(1);
@@ -186,7 +184,6 @@ template <int D>
     return n;
 }
 
-/// Takes the next edges; returns their number.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline int take_edges(const PackedEdges<D>& all, std::size_t& next,
                                                         std::array<std::uint32_t, pack_size>& taken) {
@@ -197,8 +194,8 @@ template <int D>
     return count;
 }
 
-/// Prefetches the next edges, whose shells are scattered in unordered meshes. Half of an element's vertices suffice:
-/// each one off the edge is in two elements of the shell.
+/// Prefetches the next edges. Half of an element's vertices suffice, because each vertex off the edge is in two
+/// elements of the shell.
 template <int D>
 void prefetch_edges(const PackedEdges<D>& all, std::size_t next) {
     const auto& elements = all.back.mesh.elements.vertices;
@@ -227,10 +224,10 @@ void search(Instructions set, const PackedEdges<D>& all) {
     const bool are_free = !all.free.empty();
     SearchLanes<D> next_lanes{};
     SearchLanes<D> within{};
-    SearchLanes<D> through{};  ///< no wedge, so no walls
+    SearchLanes<D> through{};
     within.set_default_elements();
     through.set_default_elements();
-    PointElements<D> points{};  ///< of `through`
+    PointElements<D> points{};
     SearchQueue<D> leaving;
     SearchQueue<D> to_probe;
     PointElements<D> points_probed{};
@@ -284,7 +281,7 @@ void search(Instructions set, const PackedEdges<D>& all) {
                         leaving.push_leaving(next_lanes, k);
                         next_lanes.pack.running[k] = 0;
                     }
-                    // Many finish with their first step.
+                    // Many searches finish with their first step.
                     if (const int running = running_lanes(next_lanes); running > 0) step_within(next_lanes, running);
                 }
                 if (next_lanes.pack.running[next_lane] != 0) copy_lane(within, lane, next_lanes, next_lane);
@@ -339,7 +336,7 @@ void search(Instructions set, const PackedEdges<D>& all) {
     }
 }
 
-/// Sorted by shell size: the lanes of a pack wait for the largest.
+/// The lanes of a pack wait for the largest shell.
 std::vector<std::uint32_t> by_shell_size(std::span<const BackEdge> edges) {
     std::array<std::uint32_t, 32> begin{};
     const auto size_class = [&](std::size_t e) { return std::min(edges[e].shell.size(), begin.size() - 1); };

@@ -16,17 +16,17 @@ import :edge_pack_lanes;
 import :edge_pack_location;
 import :edge_pack_objective;
 
-/// Length minimisation from near the energy's minimum. The Hessian is almost singular along the edge, so it is not
-/// learned from gradients but computed at the points of q = l'ᵀ M l': ∂²√q = ∂²q/(2√q) − ∂q ∂qᵀ/(4 q^{3/2}), the first
-/// term with the metric frozen.
+/// Length minimisation from near the energy's minimum. The Hessian is almost singular along the edge. It is therefore
+/// not approximated from gradients, but computed at the quadrature points of q = l'ᵀ M l': ∂²√q = ∂²q/(2√q) − ∂q ∂qᵀ/(4
+/// q^{3/2}), the first term with the metric frozen.
 namespace camber {
 
-/// Regularisation, as a share of the first term.
+/// Regularisation of the Hessian, as a share of its first term.
 inline constexpr double length_stiffness = 0.01;
 /// Maximum product of the diagonals of a matrix and its inverse.
 inline constexpr double max_length_condition = 1e4;
 
-/// H⁻¹ by Cholesky factors; H is as ill-conditioned as a metric.
+/// Computes H⁻¹ by Cholesky factors, because H is as ill-conditioned as a metric.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> inverse_of(const SymPack<D>& h) {
     MatPack<D> root;      // H = root rootᵀ
@@ -58,12 +58,12 @@ template <int D>
     return out;
 }
 
-/// Both terms, in the unit frame.
+/// Both terms of the length's Hessian, in the unit frame.
 template <int D>
 struct LengthHessian {
     SymPack<D> frozen{}, spread{};
 
-    /// Adds a point at t; slope: ∂q.
+    /// Adds the quadrature point at t; `slope` is ∂q.
     [[gnu::always_inline]] inline void add(const ChordFrame<D>& f, const PointPack<D>& point, double weight, double t,
                                            const VecPack<D>& slope) {
         const Pack root = sqrt(point.squared);
@@ -82,7 +82,8 @@ struct LengthHessian {
         }
     }
 
-    /// If not positive, uses the energy of a curve with this length and constant speed.
+    /// Inverse of the Hessian. If the Hessian is not positive, uses the energy of a curve with this length and constant
+    /// speed.
     [[nodiscard, gnu::always_inline]] inline SymPack<D> inverse(Pack length) const {
         SymPack<D> h;
         for (int k = 0; k < sym_size<D>; ++k) h.c[k] = (1 + length_stiffness) * frozen.c[k] - spread.c[k];
@@ -100,7 +101,7 @@ struct LengthHessian {
 /// One evaluation of eight searches.
 namespace camber {
 
-/// Shell element across the active wall; nothing at the boundary.
+/// Returns the shell element across the active wall; nothing at the boundary.
 template <int D>
 [[nodiscard]] ElementId across(const PackedEdges<D>& all, std::uint32_t edge, ElementId element, int wall) {
     const auto& [a, b, shell] = all.edges[edge];
@@ -118,7 +119,7 @@ template <int D>
     return {};
 }
 
-/// Crosses a single active wall if that predicts a decrease; returns these lanes.
+/// In lanes with one active wall, moves to the element across it if that predicts a decrease. Returns these lanes.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask crossed(const PackedEdges<D>& all, SearchLanes<D>& lanes,
                                                       const WallStep<D>& walls, Mask ended) {
@@ -163,11 +164,11 @@ template <int D>
     return crossing_lanes;
 }
 
-/// Parabola in one shell element, without location.
+/// Evaluates parabolas in one shell element, without location.
 template <int D>
 struct WithinWedge {
     EdgeSums<D> sums;
-    LengthHessian<D> length_hessian;  ///< of the last curve, for the length objective
+    LengthHessian<D> length_hessian;  ///< Hessian at the last curve, for the length objective
 
     [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all,
                                                                   const SearchLanes<D>& lanes, const VecPack<D>& y,
@@ -192,7 +193,6 @@ struct WithinWedge {
         lanes.pack.sums.second = select(accepted, sums.second, lanes.pack.sums.second);
         lanes.pack.sums.third = select(accepted, sums.third, lanes.pack.sums.third);
     }
-    /// Change of log M by the offset.
     [[nodiscard, gnu::always_inline]] static inline Pack bulge(const SearchLanes<D>& lanes) {
         const SymPack<D> change = parabola(lanes.pack.frame, lanes.pack.wedge, lanes.pack.y).change;
         return sqrt(inner(change, change));
@@ -214,7 +214,7 @@ struct WithinWedge {
     }
 };
 
-/// Parabola anywhere in the mesh.
+/// Evaluates parabolas anywhere in the mesh.
 template <int D>
 struct ThroughElements {
     PointElements<D>& points;
@@ -248,7 +248,7 @@ struct ThroughElements {
     [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>&) { return {}; }
 };
 
-/// Skips lanes whose last step leaves the element.
+/// Takes the last step, except in lanes where it leaves the element.
 template <int D>
 [[gnu::always_inline]] inline void take_last_step(SearchPack<D>& s, Mask lanes, const VecPack<D>& direction,
                                                   const EdgeMinimiserOptions& options) {
@@ -258,7 +258,6 @@ template <int D>
     choose(lanes & ~leaves(s, options), s.y, trial_of(s, options));
 }
 
-/// Replaces the next step by that from the chord to y.
 template <int D>
 [[gnu::always_inline]] inline void restart_towards(SearchPack<D>& s, Mask lanes) {
     choose(lanes, s.direction, s.y);
@@ -271,7 +270,7 @@ template <int D>
 
 struct Ended {
     Mask ended{}, exhausted{}, kinked{};
-    Mask leaves{};  ///< continues in another queue
+    Mask leaves{};  ///< the search continues in another queue
 };
 
 template <int D, class Where>
@@ -307,7 +306,8 @@ template <int D, class Where>
     const VecPack<D> gradient = gradient_of(s.at, by_length);
     const WallStep<D> next = step_within(s.wedge.rise, free_part(s, s.inverse_hessian, gradient, o), gradient, s.y);
     const Mask last_phase = by_length & Mask(is_length ? 0 : -1);
-    // A certain gain must stay certain, and a distant length has no useful Hessian.
+    // The last step must not make a certain gain uncertain, and far from the minimum the Hessian of the length is not
+    // usable.
     const Pack gain = s.chord_length - s.at.length;
     const Pack sure = where.sure_gain(all, lanes);
     const Mask ambiguous = (gain > sure) & (gain < sure + 2 * last_step * s.chord_length);
@@ -381,12 +381,12 @@ template <int D, class Where>
 
 }  // namespace camber
 
-/// Edges that do not resolve their field have many minima between kinks, where descent ends. A few distant positions
-/// are probed first.
+/// If an edge does not resolve the field, there are many local minima between kinks, where descent ends. A few distant
+/// positions are therefore probed first.
 namespace camber {
 
-/// Node offsets across the finest axis (the bounds exclude others), in chord lengths. `along`: direction nearest to the
-/// chord, within the shift bound; `across`: both.
+/// Probed offsets of the node across the finest axis (the bounds exclude others), in chord lengths. `along`: direction
+/// nearest to the chord, within the shift bound. `across`: direction orthogonal to the finest axis and to `along`.
 struct ProbePosition {
     double along, across;
 };
@@ -396,11 +396,11 @@ inline constexpr std::array probe_positions{ProbePosition{1, -0.5}, ProbePositio
 inline constexpr double first_radius = 0.5;
 inline constexpr int pattern_search_iterations = 2;
 
-/// Steps of y of one chord length, orthogonal in space; the last is the finest axis, limited by its bound.
+/// Steps of y by one chord length, orthogonal in space. The last is along the finest axis, limited by its bound.
 template <int D>
 struct ProbeAxes {
     std::array<VecPack<D>, D> axis;
-    Pack max_along{};  ///< limit of the first by the shift bound
+    Pack max_along{};
 };
 
 template <int D>
@@ -419,7 +419,7 @@ template <int D>
     VecPack<D> along;
     for (int i = 0; i < D; ++i) along[i] = f.chord[i] * (1 - finest[i]);
     const Pack within = norm(along);
-    // For a chord along the finest axis any direction is nearest.
+    // If the chord is along the finest axis, all directions are equally near.
     const Mask none = ~(within > 1e-6 * chord);
     for (int i = 0; i < D; ++i) along[i] = select(none, finest[(i + 1) % D], along[i] / within);
     ProbeAxes<D> out;
@@ -435,7 +435,6 @@ template <int D>
     return out;
 }
 
-/// Restricts y to the bounds, see UnitFrame.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> bounded(const ChordFrame<D>& f, VecPack<D> y,
                                                             const EdgeMinimiserOptions& options) {
@@ -467,7 +466,7 @@ template <int D>
 struct Probing {
     VecPack<D> y;
     Pack value{};
-    Mask found{};  ///< lower than at the start
+    Mask found{};
 };
 
 template <int D>
@@ -484,7 +483,7 @@ template <int D>
     all.work.decompositions += count_of(requested) * rule.size();
 }
 
-/// Best of the probes and the next step; refined by pattern search in lanes `near`.
+/// Returns the best of the probed positions and the next step; pattern search refines it in lanes `near`.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Probing<D> probed(const PackedEdges<D>& all, const SearchPack<D>& s, Mask open,
                                                            Mask near, PointElements<D>& points) {
@@ -515,7 +514,6 @@ template <int D>
     return best;
 }
 
-/// Quasi-Newton search from s.y with the frozen-metric Hessian.
 template <int D>
 [[gnu::always_inline]] inline void start_search(const PackedEdges<D>& all, SearchPack<D>& s, Mask open,
                                                 PointElements<D>& points) {

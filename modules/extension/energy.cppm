@@ -12,8 +12,8 @@ import camber.bezier;
 
 export namespace camber {
 
-/// Weight of an element by |det| of a simplex with the same volume. It is bounded, so that the smallest elements do not
-/// hide others by rounding.
+/// Weight w of an element: (mean / |det J|)^stiffening, with the Jacobian matrix J of a simplex of the same volume.
+/// Weights above 1e12 are reduced to it, because they would hide other elements by rounding.
 struct Weighting {
     double mean = 1, stiffening = 0;
 
@@ -23,15 +23,15 @@ struct Weighting {
 template <Shape shape, int D>
 using CornerPoints = std::array<Vec<D>, shape_table<shape>.corner_count>;
 
-/// |det| of a linear map from dimension S (S < D: square root of the Gram determinant), and the gradients of reference
-/// coordinates multiplied by |det|.
+/// `volume` = |det J| and `gradients` = |det J| ∇ξ_a, for a linear map x(ξ) with Jacobian matrix J and S reference
+/// coordinates ξ_a. For S < D, |det J| is the square root of det JᵀJ.
 template <int S, int D>
 struct ScaledInverse {
     double volume = 0;
     std::array<Vec<D>, S> gradients{};
 };
 
-/// `columns`: derivatives of the map by the reference coordinates.
+/// `columns`: derivatives ∂x/∂ξ_a of the map.
 template <int S, int D>
 [[nodiscard]] ScaledInverse<S, D> scaled_inverse(const std::array<Vec<D>, S>& columns) {
     static_assert(S == D || (S == 2 && D == 3), "elements, or faces in space");
@@ -53,12 +53,13 @@ template <int S, int D>
     return scaled_inverse<S, D>(columns);
 }
 
-/// Number of nodes other than corners, numbered from 0 in the order of `lagrange_nodes`.
+/// Number of an element's nodes without its corners. These nodes are numbered from 0 in the order of `lagrange_nodes`.
 template <Shape shape, int degree>
 inline constexpr int moving_nodes = element_nodes<shape, degree> - shape_table<shape>.corner_count;
 
-/// Stored energy of an element. Simplices of any degree store w |det| ∇ξ_i · ∇ξ_j for each edge ij; the squares |∇ξ_i|²
-/// follow from Σ ∇ξ_i = 0. Other shapes store the lower triangle of the matrix of nodes other than corners, by rows.
+/// Energy of an element in compact form. For simplices of any degree, `products` contains w |det J| ∇ξ_i · ∇ξ_j for
+/// each edge ij; the squares |∇ξ_i|² follow from Σ ∇ξ_i = 0. For other shapes, `products` contains the lower triangle
+/// (by rows) of the energy matrix of the nodes other than corners.
 template <Shape shape, int degree>
 struct ElementEnergy {
     static constexpr int moving = moving_nodes<shape, degree>;
@@ -70,7 +71,8 @@ struct ElementEnergy {
 
 namespace camber {
 
-/// Common factor of matrix entries for dimension S. Quadratic simplices then need no other factor.
+/// Factor of all matrix entries: (S + 2)!/16 in dimension S. With this factor, entries of quadratic simplices are
+/// integer combinations of `ElementEnergy::products`.
 template <int S>
 inline constexpr double energy_unit = [] {
     double factorial = 1;
@@ -78,8 +80,8 @@ inline constexpr double energy_unit = [] {
     return factorial / 16;
 }();
 
-/// Other edges of a simplex for its edge ij: `first` ik and `second` jk for each further vertex k; `opposite` joins
-/// both in a tetrahedron.
+/// Local numbers of the other edges of a simplex, for its edge ij. For each further vertex k, `first` is the edge ik
+/// and `second` the edge jk. In a tetrahedron, `opposite` connects the two further vertices.
 template <int S>
 struct EdgesBeside {
     std::array<int, S - 1> first{}, second{};
@@ -108,7 +110,7 @@ inline constexpr auto edges_beside = [] {
     return table;
 }();
 
-/// Coefficients of the stored products in ∫ ∇φ_m · ∇φ_n over the reference simplex, for nodes m, n other than corners.
+/// Coefficients of `ElementEnergy::products` in the matrix entries of nodes m and n other than corners.
 template <int S, int degree>
 const auto& product_coefficients() {
     constexpr Shape shape = simplex<S>;
@@ -118,9 +120,9 @@ const auto& product_coefficients() {
         std::vector<std::array<Coefficients, moving>> rows(moving);
         for (const ReferenceRulePoint& point : reference_rule<shape>(degree)) {
             const auto functions = lagrange_functions<shape, degree>(point.x);
-            // The functions depend on ξ_1 … ξ_S, so their derivatives by ξ_0 are 0. With g_ab = ∇ξ_a · ∇ξ_b, each g_aa
-            // is minus the sum of g_ab over b ≠ a. Therefore Σ_ab ∂_a φ ∂_b ψ g_ab is −Σ_(edges ab) (∂_a − ∂_b) φ (∂_a
-            // − ∂_b) ψ g_ab.
+            // Let g_ab = ∇ξ_a · ∇ξ_b and ∂_a = ∂/∂ξ_a. The basis functions φ, ψ are functions of ξ_1 … ξ_S, so ∂_0 φ =
+            // 0. Since Σ_a ∇ξ_a = 0, each g_aa is −Σ_(b ≠ a) g_ab. Therefore:
+            //     ∇φ · ∇ψ = −Σ_(edges ab) (∂_a − ∂_b) φ (∂_a − ∂_b) ψ g_ab
             const auto difference = [&](int node, int edge) {
                 const auto [a, b] = local_edges<S>[edge];
                 const ReferencePoint& gradient = functions.gradients[corners + node];
@@ -154,7 +156,8 @@ const std::vector<ReferenceGradients<shape, degree>>& reference_gradients() {
     return table;
 }
 
-/// Largest gradient of barycentric coordinates of the simplices whose product is the shape: 1 / smallest height.
+/// The shape is a product of simplices. Returns the largest |∇ξ| of their barycentric coordinates ξ: 1 / smallest
+/// height.
 template <Shape shape, int S, int D>
 [[nodiscard]] double steepest_gradient(const ScaledInverse<S, D>& at) {
     double steepest = 0;
@@ -195,7 +198,7 @@ template <Shape shape, int degree, int D>
             for (int n = 0; n <= m; ++n, ++k)
                 energy.products[k] += weight / at.volume * dot(gradients[m], gradients[n]);
     }
-    constexpr int of_simplex = S == 3 ? 6 : 2;  // |det| / volume of a simplex
+    constexpr int of_simplex = S == 3 ? 6 : 2;  // |det J| of a simplex divided by its volume
     const double factor = energy_unit<S> * weighting.of(of_simplex * volume);
     for (double& product : energy.products) product *= factor;
     if (!std::ranges::all_of(energy.products, [](double product) { return std::isfinite(product); })) return {};
@@ -206,7 +209,7 @@ template <Shape shape, int degree, int D>
 template <int S, int degree, int D>
 [[nodiscard]] ElementEnergy<simplex<S>, degree> energy_of_simplex(const std::array<Vec<D>, S + 1>& corners,
                                                                   const Weighting& weighting) {
-    // `rows` are gradients times |det|. A product of two has the factor 1/det², the integral the factor |det|.
+    // `rows` are v ∇ξ_a with v = `volume` = |det J|. The products w v ∇ξ_a · ∇ξ_b therefore have the factor w/v.
     const auto [volume, rows] = scaled_inverse<S, D>(corners);
     const double factor = weighting.of(volume) / volume;
     ElementEnergy<simplex<S>, degree> energy;
@@ -225,8 +228,8 @@ template <int S, int degree, int D>
 
 export namespace camber {
 
-/// Energy of a straight element; zero if the element is degenerate. Exact for simplices; other shapes use a rule of
-/// degree + 1 points per direction, exact for affine elements.
+/// Computes the energy of a straight element; it is zero if the element is degenerate. The energy is exact for
+/// simplices and for affine elements. Other shapes use a quadrature rule with degree + 1 points per direction.
 template <Shape shape, int degree, int D>
     requires(shape != Shape::pyramid)
 [[nodiscard]] ElementEnergy<shape, degree> element_energy(const CornerPoints<shape, D>& corners,
@@ -237,13 +240,13 @@ template <Shape shape, int degree, int D>
         return energy_by_quadrature<shape, degree, D>(corners, weighting);
 }
 
-/// Calls add(n, entry) for each entry of row `own`: w ∫ ∇φ_own · ∇φ_n dx times (S + 2)!/16, S the element's dimension,
-/// n a node other than corners.
+/// Calls add(n, entry) for each node n other than corners. The entry is w ∫ ∇φ_own · ∇φ_n dx times `energy_unit`, where
+/// φ_n is the basis function of node n.
 template <Shape shape, int degree, class Add>
 void each_row_entry(const ElementEnergy<shape, degree>& energy, int own, const Add& add) {
     constexpr int moving = moving_nodes<shape, degree>;
     if constexpr (is_simplex(shape) && degree == 2) {
-        // The entries follow from ∫ ξ_a ξ_b = (1 + δ_ab) · constant over the simplex.
+        // The entries follow from ∫ ξ_a ξ_b = (1 + δ_ab) · constant over the simplex, with the Kronecker symbol δ_ab.
         constexpr int S = shape_table<shape>.dimension;
         const auto& g = energy.products;
         const auto& beside = edges_beside<S>[own];

@@ -10,7 +10,7 @@ import camber.extension;
 
 using namespace camber;
 
-/// Layers of height 0.1 on a wall of two edges of length 1; each cell is two triangles.
+/// Mesh of layers of height 0.1 on a wall of two edges of length 1. Each cell is divided into two triangles.
 static LinearMesh<2> layers(std::size_t count) {
     Buffer<Vec<2>> points;
     Buffer<SimplexVertices<2>> triangles;

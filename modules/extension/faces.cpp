@@ -22,8 +22,8 @@ struct FaceTriangles {
     Buffer<SimplexVertices<2>> triangles;
     Buffer<std::array<EdgeId, 3>> of_triangles;
     Buffer<std::array<VertexId, 2>> ends;
-    Buffer<EdgeKind> kinds;      ///< `volume`: an unknown
-    std::vector<EdgeId> inside;  ///< mesh edge of each unknown; unknowns precede edges on curves
+    Buffer<EdgeKind> kinds;      ///< `volume`: the edge's node is an unknown
+    std::vector<EdgeId> inside;  ///< mesh edges of the unknowns, which precede the edges on curves
     struct OnCurve {
         EdgeId edge;
         FacetId facet;
@@ -31,7 +31,6 @@ struct FaceTriangles {
     std::vector<OnCurve> on_curves;
 };
 
-/// Groups facets that are connected across edges inside faces, in the order of their first facets.
 std::vector<std::vector<FacetId>> connected_faces(const EdgeSet<3>& edges, const Faces& faces) {
     std::vector<std::size_t> root(faces.facets.size());
     std::iota(root.begin(), root.end(), std::size_t{0});
@@ -64,7 +63,7 @@ std::vector<std::vector<FacetId>> connected_faces(const EdgeSet<3>& edges, const
     return connected;
 }
 
-/// `own`: number in the face by mesh edge; a buffer reused for the next face.
+/// `own`: buffer for the number in the face of each mesh edge; it is reused for the next face.
 FaceTriangles triangles_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Faces& faces,
                            std::span<const FacetId> facets, std::vector<EdgeId>& own) {
     FaceTriangles out;

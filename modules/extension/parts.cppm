@@ -9,12 +9,13 @@ module;
 export module camber.extension:parts;
 import camber.core;
 
-/// Algorithms on parts of a mesh. A part computes the rows of vertices that it owns, on a mesh with two rings of
-/// elements around these vertices, and receives the rows of other parts. On one process the whole mesh can be one part.
+/// Algorithms on parts of a mesh. A part computes the data of the vertices that it owns. Its mesh also contains two
+/// rings of elements around these vertices; it receives their data from other parts. On one process the whole mesh can
+/// be one part.
 export namespace camber {
 
-/// Vertices that a part owns: the range [first, last), divided into runs. The part also owns each simplex whose lowest
-/// vertex it owns. Sums are computed by run, so that they do not depend on the number of runs in a part.
+/// Vertices that a part owns: the range [first, last), divided into subranges (runs). The part also owns each simplex
+/// whose lowest vertex it owns. Sums are computed by run, so that they do not depend on the number of runs in a part.
 struct OwnVertices {
     VertexId first, last;
     std::vector<VertexId> later_runs = {};  ///< first vertex of each later run
@@ -34,7 +35,7 @@ template <int D>
     return {VertexId(0), VertexId(mesh.points.size())};
 }
 
-/// Simplices of a mesh with `vertices` vertices; a part owns some of them.
+/// All simplices of a part's mesh, of which the part owns some. `vertices`: number of vertices of this mesh.
 template <std::size_t N>
 struct OwnSimplices {
     std::span<const std::array<VertexId, N>> all;
@@ -42,15 +43,16 @@ struct OwnSimplices {
     const OwnVertices& own;
 };
 
-/// Sums over the simplices of each run (by their lowest vertices). accumulate(value, simplex) adds a simplex, as in
-/// `reduce_each`.
+/// Returns one sum per run, over the simplices whose lowest vertex is in the run. accumulate(value, simplex) adds a
+/// simplex, as in `reduce_each`.
 template <class T, std::size_t N>
 [[nodiscard]] Outcome<std::vector<T>> reduce_own(const Execution& execution, const OwnSimplices<N>& of, const T& init,
                                                  const auto& accumulate, const auto& join) {
     return guarded([&]() -> Outcome<std::vector<T>> {
         const OwnVertices& own = of.own;
         const auto& simplices = of.all;
-        // The simplices of each run are listed, and chunks follow this list. A mesh that is one run needs no list.
+        // `listed` contains the simplices of the first run, then of the second, and so on. A mesh that is one run needs
+        // no list.
         const bool is_whole = own.runs() == 1 && own.first.index() == 0 && own.last.index() == of.vertices;
         std::vector<std::size_t> begin(own.runs() + 1, 0);
         Buffer<ElementId> listed;
@@ -84,13 +86,13 @@ template <int D>
 class PartCommunication {
   public:
     virtual ~PartCommunication() = default;
-    /// Gathers the numbers of all runs of the mesh in order. `of_parts`: the numbers of this process. Errors: those of
-    /// any process.
+    /// Returns the numbers of all runs of the mesh, in the order of runs. `of_parts`: numbers of the parts of this
+    /// process. Errors: an error on any process.
     [[nodiscard]] virtual Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) = 0;
     [[nodiscard]] virtual std::vector<EdgeId> shared(std::size_t part, std::vector<EdgeId> edges) const = 0;
-    /// Sends rows to all other parts that contain the same edges. `rows`: one array per part of this process, one row
-    /// per edge. `edges`: edges to send, by part. Returns the edges that each part received, ascending. Errors: those
-    /// of any process.
+    /// Sends rows to all other parts that contain the same edges. `rows`: one array per part of this process, with one
+    /// row per edge; received rows overwrite it. `edges`: for each part, the edges to send. Returns the edges that each
+    /// part received, ascending. Errors: an error on any process.
     [[nodiscard]] virtual Outcome<EdgesOfParts> exchange_rows(std::span<const std::span<Vec<D>>> rows,
                                                               const EdgesOfParts& edges) = 0;
 

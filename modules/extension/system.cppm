@@ -16,10 +16,11 @@ import :parts;
 
 namespace camber {
 
-/// An unknown joins the moving unknowns when its correction exceeds this share of the tolerance.
+/// A node starts to move when its correction exceeds this share of the tolerance.
 inline constexpr double joining = 0.1;
 
-/// `beside`: the residual is up to date, but the node does not move. `joined`: the node moves from the next step on.
+/// State of an unknown. `beside`: its residual is computed, but its node does not move. `joined`: the node moves from
+/// the next step on.
 enum class Row : std::uint8_t { beside, joined, moving };
 
 template <int S>
@@ -48,13 +49,13 @@ struct RowBlock {
     const double* values = nullptr;
     std::vector<EdgeId> own_columns = {};  ///< used if the block has more entries than expected
     std::vector<double> own_values = {};
-    std::vector<EdgeId> joined = {};  ///< edges whose rows joined in the last step
+    std::vector<EdgeId> joined = {};  ///< edges whose nodes start to move after the last step
 };
 inline constexpr std::size_t block_rows = 256;
 inline constexpr std::size_t blocks_at_once = 4;
 
-/// Entries of a block during assembly. A row contains its diagonal, then edges that share a vertex, then opposite edges
-/// (one per simplex).
+/// Matrix entries of a block of rows during assembly. The columns of a row are its own edge, then the edges that share
+/// a vertex with it, then the opposite edges (one per simplex).
 struct Entries {
     std::vector<EdgeId> columns = {};
     std::vector<double> values = {};
@@ -98,11 +99,11 @@ struct Rows {
           values(columns.size()) {}
 
     [[nodiscard]] Vec<D> correction(std::size_t i) const { return inverse_diagonal[i] * residual[i]; }
-    /// Length of the correction over the smallest height of simplices at the edge.
+    /// Length of the correction divided by the smallest height of the simplices around the edge.
     [[nodiscard]] double size(std::size_t i) const { return norm(correction(i)) / height[i]; }
 };
 
-/// Linear system of a part. Edges that the displacement has not reached have no row and do not move.
+/// Linear system of a part. Nodes that the displacement has not reached have no row and do not move.
 template <int S, int D>
 struct ExtensionSystem {
     ExtensionDomain<S, D> domain;
@@ -110,19 +111,18 @@ struct ExtensionSystem {
     const Incidence<ElementId>& shells;
     OwnVertices owned;
     std::span<const LagrangeNode<D>> boundary_nodes;
-    Buffer<Vec<D>> direction;  ///< one per edge; initially the prescribed displacements
+    Buffer<Vec<D>> direction;  ///< search direction, one per edge; initially the prescribed displacement
     Weighting weighting = {};
-    Buffer<std::uint32_t> batch_of_row;             ///< one per edge: batch in which its row started, from 1; 0: no row
+    Buffer<std::uint32_t> batch_of_row;  ///< one per edge: number of the batch that created its row, from 1; 0: no row
     Buffer<ElementEnergy<simplex<S>, 2>> energies;  ///< unwritten for simplices without a row
     Rows<S, D> rows;
     std::vector<RowBlock> blocks = {};
     std::vector<std::vector<std::uint32_t>> of_runs = {};
     std::uint32_t round = 0;
-    std::vector<EdgeId> joined = {};  ///< edges whose rows joined in the last step
+    std::vector<EdgeId> joined = {};  ///< edges whose nodes start to move after the last step
 
     [[nodiscard]] bool owns(EdgeId edge) const { return owned.owns(domain.edges.vertices[edge]); }
 
-    /// Unknowns without a row in the simplices around these edges, ascending.
     Outcome<std::vector<EdgeId>> unknowns_without_row(std::span<const EdgeId> from, const Execution& execution) {
         constexpr std::size_t grain = 1024;
         std::vector<std::vector<EdgeId>> visited((from.size() + grain - 1) / grain);
@@ -146,7 +146,8 @@ struct ExtensionSystem {
         return reached;
     }
 
-    /// True if `edge` has the first row of the simplex. That row computes the energy once.
+    /// True if the energy of simplex e is computed for `edge`: no earlier batch computed it, and `edge` is its lowest
+    /// edge in this batch.
     [[nodiscard]] bool is_first_of(EdgeId edge, ElementId e) const {
         const auto& edges = domain.edges.of_elements[e];
         return std::all_of(edges.begin(), edges.end(), [&](EdgeId other) {
@@ -184,7 +185,8 @@ struct ExtensionSystem {
         rows.ends[i] = static_cast<std::uint32_t>(entries.columns.size());
     }
 
-    /// `room`: index of the block's first entry in `rows`. `expected`: number of entries if all shells are closed.
+    /// `room`: index of the block's first entry in `rows`. `expected`: number of entries if the elements around each
+    /// edge form a closed ring.
     void begin_block(RowBlock& block, std::span<const EdgeId> edges, std::size_t room, std::size_t expected) {
         Entries entries;
         entries.columns.reserve(expected);
@@ -225,7 +227,8 @@ struct ExtensionSystem {
             1);
     }
 
-    /// Starts blocks of rows for these ascending edges; a block is within one run. Returns each block's first entry.
+    /// Divides the rows of ascending edges into blocks, each within one run. Returns the index of each block's first
+    /// entry.
     std::vector<std::size_t> begin_blocks(std::span<const EdgeId> edges) {
         of_runs.resize(owned.runs());
         const auto run_of = [&](EdgeId edge) { return owned.run_of(domain.edges.vertices[edge][0]); };
@@ -243,7 +246,6 @@ struct ExtensionSystem {
         return room;
     }
 
-    /// Sums over the blocks of each run. accumulate(value, block) adds a block.
     template <class T>
     Outcome<std::vector<T>> reduce_runs(const Execution& execution, const auto& accumulate) {
         of_runs.resize(owned.runs());
@@ -258,7 +260,8 @@ struct ExtensionSystem {
         return sums;
     }
 
-    /// Calls visit(row, value of A x) for each row of a block; x has one vector per edge.
+    /// Calls visit(i, value) for each row i of a block, with the value of A x in this row. A is the matrix; x has one
+    /// vector per edge.
     template <class Visit>
     void each_product(const RowBlock& block, std::span<const Vec<D>> x, const Visit& visit) const {
         std::size_t k = 0;

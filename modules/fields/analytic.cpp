@@ -16,7 +16,6 @@ namespace camber {
 
 namespace {
 
-/// Metric with size `along` in a direction and `across` normal to it.
 template <int D>
 LogMetric<D> two_sizes(const Vec<D>& direction, double along, double across) {
     const double base = -2 * log(across);
@@ -34,7 +33,6 @@ Vec<D> first_axis() {
     return x;
 }
 
-/// Radius and radial direction in the x-y plane.
 template <int D>
 struct Polar {
     double r = 0;

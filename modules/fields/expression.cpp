@@ -31,14 +31,14 @@ constexpr const char* remedy =
     "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions such as sqrt, exp, log, "
     "sin, tanh, atan2, abs, min, max";
 
-/// An illegal character that muParser accepts: an assignment, or a byte that ends the text.
+/// A character that muParser accepts by mistake: an assignment, or a byte that ends the text.
 struct IllegalCharacter {
-    std::size_t position;  ///< character index from 0
+    std::size_t position;
     const char* what;
     const char* remedy;
 };
 std::optional<IllegalCharacter> intruder_of(std::string_view text) {
-    constexpr std::string_view compared = "=<>!";  // first characters of comparisons such as <=
+    constexpr std::string_view compared = "=<>!";  // the characters before = in comparisons
     for (std::size_t i = 0; i < text.size(); ++i) {
         if (text[i] == '\0') return IllegalCharacter{i, "has a NUL character", "end it there"};
         const bool is_comparison =
@@ -51,7 +51,8 @@ std::optional<IllegalCharacter> intruder_of(std::string_view text) {
     return std::nullopt;
 }
 
-/// Replaces C library functions, so that all processors compute equal values (see `core:tensors`).
+/// Defines functions in place of those of the C library, so that results are equal on all processors (see
+/// `core:tensors`).
 void define_functions(mu::Parser& parser) {
     struct Function {
         const char* name;
@@ -68,7 +69,7 @@ void define_functions(mu::Parser& parser) {
     parser.DefineFun("atan2", static_cast<double (*)(double, double)>(atan2));
 }
 
-/// Replaces ^ in expressions, because muParser's own ^ calls the C library and cannot be redefined.
+/// Operator that replaces ^ in expressions. muParser's own ^ calls the C library and cannot be redefined.
 constexpr char power_sign = '\x7f';
 
 void define_power(mu::Parser& parser) {
@@ -81,7 +82,7 @@ std::string with_replaced(std::string text, char from, char to) {
     return text;
 }
 
-/// Not movable: the parser holds addresses of members.
+/// Evaluates an expression. It cannot be moved, because the parser holds addresses of its members.
 template <int D>
 class Evaluator {
   public:
@@ -164,7 +165,6 @@ std::function<void(std::span<const Vec<D>>, std::span<double>)> ScalarExpression
 
 namespace {
 
-/// Values point by point; NaN if evaluation fails.
 template <int D>
 Outcome<Buffer<double>> values_of(const std::vector<std::string>& expressions, std::span<const Vec<D>> points,
                                   const Execution& execution) {
@@ -219,7 +219,6 @@ Outcome<Done> check_count(std::size_t input, std::size_t expected, const char* w
                 "expected " + std::to_string(expected) + " expressions of " + what + ", got " + std::to_string(input));
 }
 
-/// Sizes along the axes; one expression is used for all axes.
 template <int D>
 Outcome<Column<LogMetric<D>>> by_sizes(const std::vector<std::string>& expressions, std::span<const Vec<D>> points,
                                        const Execution& execution) {

@@ -15,11 +15,11 @@ import camber.metric;
 /// have no z.
 export namespace camber {
 
-/// UGAWG `linear`: small sizes across the plane z = position. h_x = h_y = size, h_z = min_size + 2 (size − min_size) |z
-/// − position|.
+/// UGAWG `linear`: small sizes near the plane z = position. Sizes along the axes: h_x = h_y = size, h_z = min_size + 2
+/// (size − min_size) |z − position|.
 struct LinearField {
     double min_size = 0.001, size = 0.1, position = 0.5;
-    double scale = 1;  ///< factor of all sizes
+    double scale = 1;  ///< factor for all sizes
 
     [[nodiscard]] static constexpr auto options() {
         using S = LinearField;
@@ -34,11 +34,11 @@ struct LinearField {
     friend bool operator==(const LinearField&, const LinearField&) = default;
 };
 
-/// UGAWG `polar-1`: a layer on a cylinder about the z axis. h_t = h_z = size, h_r = min_size + 2 (size − min_size) |r −
-/// radius|, in tangential (t) and radial (r) direction.
+/// UGAWG `polar-1`: a layer on a cylinder about the z axis. Sizes: h_t = h_z = size, h_r = min_size + 2 (size −
+/// min_size) |r − radius|, in tangential (t), axial (z) and radial (r) direction; r: distance from the axis.
 struct PolarOneField {
     double min_size = 0.001, size = 0.1, radius = 0.5;
-    double scale = 1;  ///< factor of all sizes
+    double scale = 1;  ///< factor for all sizes
 
     [[nodiscard]] static constexpr auto options() {
         using S = PolarOneField;
@@ -52,10 +52,10 @@ struct PolarOneField {
 };
 
 /// UGAWG `polar-2`: as polar-1, but h_t = size d + tangential_size (1 − d) with d = min(|r − radius|/layer_width, 1),
-/// which resolves the curvature.
+/// so that sizes in the layer resolve the curvature.
 struct PolarTwoField {
     double min_size = 0.001, tangential_size = 0.025, size = 0.1, radius = 0.5, layer_width = 0.1;
-    double scale = 1;  ///< factor of all sizes
+    double scale = 1;  ///< factor for all sizes
 
     [[nodiscard]] static constexpr auto options() {
         using S = PolarTwoField;
@@ -76,11 +76,11 @@ struct PolarTwoField {
     friend bool operator==(const PolarTwoField&, const PolarTwoField&) = default;
 };
 
-/// Metric for a solution tanh(s/width), s: distance from a plane. Along the normal, log h goes from log size to log
-/// min_size with the factor 1 − tanh²(s/width); along the plane, h = size.
+/// Metric for a solution tanh(s/width), where s is the distance from a plane. The size normal to the plane is h_n with
+/// log h_n = log min_size + tanh²(s/width) (log size − log min_size). Along the plane it is `size`.
 template <int D>
 struct PlanarShock {
-    Vec<D> point{}, normal{};  ///< point on the plane; normal of any length
+    Vec<D> point{}, normal{};  ///< a point of the plane; its normal, of any length
     double min_size = 0.01, size = 0.1, width = 0.1;
     friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
 };
@@ -94,8 +94,8 @@ struct SphericalShock {
     friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
 };
 
-/// Metric with min_size along (cos a, sin a, 0) and `size` across, with a = 2π x/period. The metric never commutes with
-/// its derivative: a test for the derivative of the matrix exponential.
+/// Metric with min_size along (cos a, sin a, 0) and `size` in normal directions, where a = 2π x/period. The metric M
+/// does not commute with ∂M/∂x, so this field tests the derivative of the matrix exponential.
 struct RotatingField {
     double min_size = 0.01, size = 0.1, period = 1;
 
@@ -113,11 +113,13 @@ template <int D>
 using AnalyticField =
     std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock<D>, SphericalShock<D>, RotatingField>;
 
-/// Returns log M at x. On a polar axis or at a shock's centre the x direction is used as the radial direction.
+/// Returns log M for the metric M at x. On the polar axis or in the centre of a shock, the x direction is the radial
+/// direction.
 template <int D>
 [[nodiscard]] LogMetric<D> evaluate(const AnalyticField<D>& field, const Vec<D>& x);
 
-/// Returns log M at points. Errors: usage (size, width, period or scale not positive, zero normal), stopped.
+/// Returns log M for the metric M at each point. Errors: usage (size, width, period or scale not positive, normal
+/// zero), stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> log_metrics_of(const AnalyticField<D>& field,
                                                            std::span<const Vec<D>> points, const Execution& execution);
@@ -126,7 +128,7 @@ template <int D>
 // comparisons, && and ||, c ? a : b, pi, and functions such as sqrt, exp, log (natural), sin, tanh, atan2, abs, min,
 // max.
 
-/// Expression of an isotropic size (model units).
+/// Expression of a size that is equal in all directions (model units).
 struct SizeExpression {
     std::string size;
     friend bool operator==(const SizeExpression&, const SizeExpression&) = default;
@@ -135,16 +137,19 @@ struct SizesExpression {
     std::vector<std::string> sizes;
     friend bool operator==(const SizesExpression&, const SizesExpression&) = default;
 };
-/// Expressions of the lower triangle of M by rows: xx, xy, yy (3D also xz, yz, zz); in 1/length².
+/// Expressions of the entries of the metric tensor M (1/length²): its lower triangle by rows, xx, xy, yy (3D also xz,
+/// yz, zz).
 struct TensorExpression {
     std::vector<std::string> tensor;
     friend bool operator==(const TensorExpression&, const TensorExpression&) = default;
 };
 using MetricExpression = std::variant<SizeExpression, SizesExpression, TensorExpression>;
 
-/// Returns log M at points. Errors: usage (wrong number of expressions; a syntax error, with expression and position; a
-/// value that is not finite, a size not positive, a tensor not positive definite, with vertex and coordinates),
-/// stopped.
+/// Returns log M for the metric M at each point. Errors, all of kind usage except stopped:
+/// - a wrong number of expressions;
+/// - a syntax error, with expression and position;
+/// - a value that is not finite, a size that is not positive, or a tensor that is not positive definite, with vertex
+///   and coordinates.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> log_metrics_of(const MetricExpression& expression,
                                                            std::span<const Vec<D>> points, const Execution& execution);
@@ -154,10 +159,11 @@ template <int D>
 template <int D>
 class ScalarExpression {
   public:
-    /// Errors: usage (syntax error, with expression and position).
+    /// Parses an expression. Errors: usage (syntax error, with expression and position).
     [[nodiscard]] static Outcome<ScalarExpression> parsed(std::string text);
 
-    /// Returns a function that writes the values at points, NaN where undefined. Each thread needs its own function.
+    /// Returns a function that writes the value at each point, or NaN if it is undefined. Each thread needs its own
+    /// function.
     [[nodiscard]] std::function<void(std::span<const Vec<D>>, std::span<double>)> evaluator() const;
 
     [[nodiscard]] const std::string& text() const { return text_; }

@@ -1,4 +1,4 @@
-// Assembles listed file contents into meshes of degree 1 or 2.
+// Builds meshes of degree 1 or 2 from the contents of files (listing::Mesh).
 module;
 #include <array>
 #include <atomic>
@@ -75,7 +75,6 @@ Renumbering renumber(const Buffer<std::uint8_t>& role) {
     return numbers;
 }
 
-/// Returns the simplices without mid nodes, the quadratic ones first.
 template <int K>
 Outcome<camber::Simplices<K>> corners_of(const Simplices<K>& kind, const Renumbering& numbers,
                                          const Execution& execution) {
@@ -103,7 +102,6 @@ Outcome<camber::Simplices<K>> corners_of(const Simplices<K>& kind, const Renumbe
     return camber::Simplices<K>{std::move(*vertices), std::move(references), kind.required, std::move(entities)};
 }
 
-/// Renumbers vertices; drops and counts items at mid nodes.
 template <class Item, class VertexOf>
 Column<Item> renumbered(const Buffer<Item>& items, const Renumbering& numbers, std::size_t& dropped,
                         VertexOf&& vertex_of) {
@@ -237,8 +235,8 @@ Column<std::uint32_t> node_numbers(const Mesh<D>& raw, const Renumbering& number
     return plain ? Column<std::uint32_t>() : Column<std::uint32_t>(std::move(of));
 }
 
-/// Reorders a point field to the mesh's nodes. An edge without a node in the file gets the mean of its ends; in integer
-/// fields the value of its lower vertex.
+/// Reorders a point field to the mesh's nodes. An edge node that the file does not have gets the mean of the values at
+/// the ends; in an integer field the value at the first end.
 template <class T>
 Column<T> at_nodes(const Column<T>& rows, std::size_t width, const Renumbering& numbers, const MidNodes& mid,
                    const Column<std::array<VertexId, 2>>& edges) {

@@ -26,7 +26,7 @@ std::string_view beginning_of(std::span<const std::byte> bytes, std::size_t size
 }  // namespace
 
 bool is_med(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 65536;  // large enough for the names of the first nodes
+    constexpr std::size_t soon = 65536;  // bytes that contain the names of the file's first nodes
     const std::string_view text = beginning_of(bytes, soon);
     return text.starts_with(hdf5) && text.find("INFOS_GENERALES") != std::string_view::npos;
 }
@@ -58,7 +58,7 @@ namespace cgns {
 
 namespace {
 
-/// CGNS names have no `/` and no blanks at either end.
+/// Returns a legal CGNS name: without `/`, and without blanks at either end.
 std::string node_name(std::string_view name) {
     std::string text = readable_name(name);
     std::replace(text.begin(), text.end(), '/', '_');
@@ -88,7 +88,8 @@ std::vector<std::pair<int, Reference>> references_of(const LinearMesh<D>& mesh) 
     return all;
 }
 
-/// Group names, else plain names, which no group may use.
+/// Name of each reference: the legal name of its first group, or `plain_name` if it has no group. No group name equals
+/// a plain name.
 ReferenceNames names_of(const std::vector<std::pair<int, Reference>>& references, const Column<Group>& groups,
                         std::vector<std::string> reserved) {
     std::vector<ListedName> requested;
@@ -115,7 +116,7 @@ std::vector<Notice> changed_names(const LinearMesh<D>& mesh) {
     std::size_t lost = 0;
     for (const Group& group : mesh.groups) {
         const std::pair key(group.dimension, group.reference);
-        if (!visited.insert(key).second) continue;  // only the first group of a reference is its main group
+        if (!visited.insert(key).second) continue;  // only the first group of a reference names a section or condition
         const auto condition = names.conditions.find(key), section = names.sections.find(key);
         const bool is_condition = condition != names.conditions.end();
         if ((!is_condition && section == names.sections.end()) || group.name.empty())
@@ -209,7 +210,7 @@ Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::st
                 std::string(name),
                 {},
                 "the file is damaged, or is not a CGNS file; check it with cgnscheck"};
-    // The library's error names only the failed call; errno has the reason from the system.
+    // The library's error text names only the failed call; errno has the reason from the system.
     const bool has_no_place = failure == EFBIG || failure == ENOSPC || failure == EDQUOT;
     const std::string of_system = has_no_place ? ": " + std::generic_category().message(failure) : std::string();
     const char* const remedy = failure == EFBIG ? "raise the limit (ulimit -f)"
@@ -229,7 +230,7 @@ Error no_library(std::string_view cause) {
 }  // namespace cgns
 
 #ifdef CAMBER_NO_CGNS
-// Replacements in builds without the CGNS library.
+// Functions of the interface for builds without the CGNS library.
 
 namespace {
 

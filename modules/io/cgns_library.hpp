@@ -11,7 +11,7 @@
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
 #include <sanitizer/lsan_interface.h>
-/// The library leaks memory when it reads damaged files.
+/// Disables leak checks in this scope, because the library leaks memory when it reads damaged files.
 #define CAMBER_CGNS_KEEPS __lsan::ScopedDisabler keeps
 #endif
 #endif
@@ -21,7 +21,7 @@
 
 namespace camber::cgns {
 
-/// Functions without the prefix `cg_`.
+/// Names of the library's functions without their prefix `cg_`.
 // clang-format off
 #define CAMBER_CGNS_FUNCTIONS(X) \
     X(open) X(close) X(get_error) X(free) X(nbases) X(base_read) X(base_write) X(nzones) X(zone_type) X(zone_read) \
@@ -45,7 +45,7 @@ struct Library {
     decltype(&::cgio_children_ids) children_ids = nullptr;
     decltype(&::cgio_get_data_size) data_size = nullptr;
     decltype(&::cgio_release_id) release_id = nullptr;
-    std::string missing;  ///< reason if the library cannot be used
+    std::string missing;
 };
 
 }  // namespace camber::cgns

@@ -23,7 +23,8 @@ import camber.core;
 import camber.bezier;
 import :cgns_reader;
 
-/// Size check before the library opens the file, because opening reads many nodes completely.
+/// The size of nodes is checked before the library opens the file, because the library then reads many nodes
+/// completely.
 namespace camber::cgns {
 
 namespace {
@@ -39,7 +40,7 @@ class Tree {
         if (is_open_) lib_.close_tree(file_);
     }
 
-    /// Accepts a file without a tree of nodes: the library reports it when it opens the file.
+    /// Checks all nodes. Accepts a file without a tree of nodes, which the library rejects when it opens the file.
     [[nodiscard]] Outcome<Done> walk(const std::string& path, const std::string& name) {
         double root = 0;
         if (lib_.open_tree(path.c_str(), CGIO_MODE_READ, CGIO_FILE_NONE, &file_) != 0) return Done{};
@@ -49,9 +50,9 @@ class Tree {
     }
 
   private:
-    /// Standard trees have at most twelve levels.
+    /// Maximum depth of the tree of nodes. Trees of standard files have at most twelve levels.
     static constexpr int max_depth = 32;
-    static constexpr std::size_t bytes_of_a_node = 1024;  ///< memory of the library for a node
+    static constexpr std::size_t bytes_of_a_node = 1024;
 
     [[nodiscard]] Outcome<Done> below(double node, int depth, const std::string& name) {
         int children = 0;
@@ -151,7 +152,7 @@ struct Zone {
     int number = 1;
     std::string name;
     std::size_t vertices = 0;
-    bool is_joined = false;  ///< joined to other zones by a connectivity
+    bool is_joined = false;
 };
 
 struct Zones {
@@ -170,7 +171,6 @@ Outcome<Done> read_zone(Reader<D>& of, const Zone& zone) {
         .and_then([&](Done) { return read_fields(of); });
 }
 
-/// Joins coincident points if the file has zone connectivities.
 template <int D>
 void join(listing::Mesh<D>& mesh, const Zones& zones, std::vector<Notice>& notices) {
     std::vector<std::size_t> ends;
@@ -208,7 +208,7 @@ Outcome<DecodedMesh> read_mesh(Reader<D> of, const Zones& zones, UnsupportedCell
     return decoded;
 }
 
-/// Returns `name` if that file has the same size, else a new temporary file with these bytes.
+/// Returns `name` if that file is as large as `bytes`, else the path of a new temporary file with `bytes`.
 Outcome<std::string> path_of(std::span<const std::byte> bytes, const std::string& name,
                              std::optional<TemporaryFolder>& folder) {
     std::error_code error;
@@ -228,7 +228,6 @@ int open_to_read(const Library& lib, const std::string& path, int& file) {
     return lib.open_(path.c_str(), CG_MODE_READ, &file);
 }
 
-/// Errors: input, unsupported (a structured zone).
 Outcome<Zone> zone_of(const Library& lib, int file, int number, const std::string& file_name) {
     Zone zone{number, {}, 0};
     Name text{};
@@ -251,7 +250,6 @@ Outcome<Zone> zone_of(const Library& lib, int file, int number, const std::strin
     return zone;
 }
 
-/// Zones with this name or number; empty: all.
 Outcome<Zones> zones_of(const Library& lib, int file, const std::string& requested, const std::string& name) {
     int bases = 0, count = 0;
     Zones zones;

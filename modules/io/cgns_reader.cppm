@@ -23,18 +23,18 @@ namespace camber::cgns {
 
 /// The first call loads the library.
 [[nodiscard]] const Library& library();
-/// Locked for every call, because the library is not thread-safe.
+/// Mutex that every call of the library locks, because the library is not thread-safe.
 [[nodiscard]] std::mutex& library_lock();
 
 using Name = std::array<char, 33>;
 
 struct Place {
     std::int8_t dimension = -1, degree = 0;
-    bool listed = false;  ///< listed by a boundary condition
+    bool listed = false;  ///< a boundary condition lists the simplex
     std::uint32_t row = 0;
 };
 
-/// Elements with consecutive numbers.
+/// A section of the file: elements with consecutive numbers from `first`.
 struct Section {
     std::string name;
     std::optional<Reference> reference = {};
@@ -42,30 +42,30 @@ struct Section {
     std::vector<Place> places = {};
 };
 
-/// D is the physical dimension.
+/// State of reading a file. D: number of coordinates of a point.
 template <int D>
 struct Reader {
     const Library& lib;
     int file = 0;
     int cell_dimension = 0;
-    UnpackedBudget budget = UnpackedBudget(0);  ///< limits the numbers announced by the file
-    int zone = 1;                               ///< current zone, to which the next members up to `sections` belong
-    std::size_t first_point = 0;                ///< mesh number of the zone's first point
-    std::size_t groups_before = 0;              ///< number of groups in earlier zones
-    std::string prefix = {};                    ///< of element group names, if zones are joined
+    UnpackedBudget budget = UnpackedBudget(0);  ///< limits the total count of numbers that the file declares
+    int zone = 1;                               ///< current zone; the members below, up to `sections`, belong to it
+    std::size_t first_point = 0;                ///< number in the mesh of the zone's first point
+    std::size_t groups_before = 0;              ///< number of groups that earlier zones have added
+    std::string prefix = {};                    ///< begin of the names of element groups if zones are joined
     std::vector<Section> sections = {};
     listing::Mesh<D> mesh = {};
     std::vector<Notice> notices = {};
     UnsupportedItems refused = {};
-    std::size_t points_listed = 0;  ///< number of point elements
+    std::size_t points_listed = 0;
 
     [[nodiscard]] std::size_t zone_points() const { return mesh.points.size() - first_point; }
-    /// `number` counts from 1 in the zone. Invalid if there is no such vertex.
+    /// Vertex with this number in the zone, from 1; an invalid id if there is none.
     [[nodiscard]] VertexId vertex(cgsize_t number) const {
         if (number < 1 || !std::cmp_less_equal(number, zone_points())) return VertexId();
         return VertexId(first_point + static_cast<std::size_t>(number - 1));
     }
-    /// Reference with this name in an earlier zone.
+    /// Reference of the group with this name in an earlier zone.
     [[nodiscard]] std::optional<Reference> known_reference(int dimension, const std::string& name) const {
         for (std::size_t g = 0; g < groups_before; ++g)
             if (mesh.groups[g].dimension == dimension && mesh.groups[g].name == name) return mesh.groups[g].reference;
@@ -76,14 +76,15 @@ struct Reader {
         return fail(error_of(lib.get_error_(), ErrorKind::input, doing, mesh.name));
     }
 
-    /// Call this before memory is reserved. Errors: input (more numbers than the file can hold).
+    /// Reserves budget for `numbers` numbers before their memory is allocated. Errors: input (the file is too small for
+    /// so many).
     [[nodiscard]] Outcome<Done> take_budget(std::size_t numbers, const std::string& what) {
         if (budget.take(numbers)) return Done{};
         return fail(ErrorKind::input, what + ": the file declares more numbers than a file of this size can contain",
                     mesh.name, {}, "the file is damaged; if it is whole, write it uncompressed");
     }
 
-    /// Value of the descriptor `reference` at the current node.
+    /// Value of the descriptor named `reference` at the library's current node.
     [[nodiscard]] std::optional<Reference> described_reference() const {
         int n = 0;
         if (lib.ndescriptors_(&n) != CG_OK) return std::nullopt;
@@ -102,20 +103,20 @@ struct Reader {
     }
 };
 
-/// Checks that nodes announce no more data than UnpackedBudget allows: HDF5 data may be compressed, or allocated but
-/// never written. Errors: input (too much data, nodes nested too deeply).
+/// Checks that the declared sizes of all nodes stay within UnpackedBudget. HDF5 data may be compressed, or allocated
+/// but never written. Errors: input (too much data, nodes nested too deeply).
 [[nodiscard]] Outcome<Done> check_nodes(const Library& lib, const std::string& path, std::size_t file_bytes,
                                         const std::string& name);
 
-/// Elements get reference 0. Errors: input, unsupported (other cells).
 template <int D>
 [[nodiscard]] Outcome<Done> read_sections(Reader<D>& of);
 
-/// Takes references from boundary conditions, otherwise from sections. Errors: input.
+/// Sets references of simplices from the boundary conditions that list them, otherwise from their sections. Errors:
+/// input.
 template <int D>
 [[nodiscard]] Outcome<Done> read_conditions(Reader<D>& of);
 
-/// Joins vertex scalars named …X …Y (…Z) to vectors. Errors: input.
+/// Reads fields at vertices. Scalars named …X, …Y and (3D) …Z become one vector. Errors: input.
 template <int D>
 [[nodiscard]] Outcome<Done> read_fields(Reader<D>& of);
 

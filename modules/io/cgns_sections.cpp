@@ -1,4 +1,4 @@
-// Reads sections of elements and flow solutions of CGNS files.
+// Reads element sections and flow solutions of CGNS files.
 module;
 #include "cgns_library.hpp"
 
@@ -55,7 +55,6 @@ struct SectionReader {
         section.places.push_back({K, static_cast<std::int8_t>(degree), false, static_cast<std::uint32_t>(row)});
     }
 
-    /// Returns false if the type is not supported.
     bool add_element(CGNS_ENUMT(ElementType_t) type, const cgsize_t* nodes, Section& section) {
         switch (type) {
             case CGNS_ENUMV(BAR_2): return add_simplex<1>(1, nodes, section);
@@ -114,7 +113,8 @@ struct SectionReader {
         if (auto within_budget = of.take_budget(static_cast<std::size_t>(size) + n, "section " + std::to_string(s));
             !within_budget)
             return within_budget;
-        // The offsets are not read with the library, which does not limit their number in a damaged file.
+        // Offsets of elements are not requested (null), because the library would not limit their number in a damaged
+        // file.
         std::vector<cgsize_t> numbers(static_cast<std::size_t>(size));
         const int read = fixed ? of.lib.elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr)
                                : of.lib.poly_elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr, nullptr);
@@ -173,11 +173,12 @@ CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE
 
-// Flow solutions.
+// Reading of flow solutions.
 
 namespace {
 
-/// Adds a scalar or, at its first component, the whole vector.
+/// Adds the field `name`. If it is the first component of a vector, adds the vector; if it is another component, adds
+/// nothing.
 template <int D>
 void add_field(const Reader<D>& of, const std::string& name, const std::map<std::string, Column<double>>& scalars,
                std::vector<MeshField>& fields) {
@@ -206,7 +207,7 @@ void add_field(const Reader<D>& of, const std::string& name, const std::map<std:
 
 template <int D>
 Outcome<Done> read_fields(Reader<D>& of) {
-    // If zones are joined, fields need values in all of them, which is not supported.
+    // Fields of joined zones are not supported: the values of all zones would have to be combined.
     if (of.zone_points() != of.mesh.points.size()) return Done{};
     int solutions = 0;
     if (of.lib.nsols_(of.file, 1, of.zone, &solutions) != CG_OK) return of.broken("the solutions cannot be read");

@@ -1,5 +1,5 @@
-// A temporary folder for one file, removed by the destructor. The CGNS library can only read and write files. Like
-// cgns_library.hpp, this header is independent of all modules.
+// A temporary folder for one file; the destructor removes both. It is needed because the CGNS library reads and writes
+// only files. Like cgns_library.hpp, this header is independent of all modules.
 #pragma once
 
 #include <stdlib.h>  // NOLINT(*-deprecated-headers): mkdtemp is POSIX's
@@ -28,7 +28,7 @@ class TemporaryFolder {
         std::error_code ignored;
         if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
     }
-    /// Empty if the folder could not be created in `root`.
+    /// Path of the file; empty if the folder could not be created in `root`.
     [[nodiscard]] const std::string& file() const { return file_; }
     [[nodiscard]] const std::string& root() const { return root_; }
 

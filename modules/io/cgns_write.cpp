@@ -73,7 +73,7 @@ Library loaded() {
     load(lib.children_ids, "cgio_children_ids");
     load(lib.data_size, "cgio_get_data_size");
     load(lib.release_id, "cgio_release_id");
-    // HDF5's exit handler crashes if a file could not be written completely.
+    // HDF5's exit handler is disabled, because it crashes if a file could not be written completely.
     if (const auto stay = reinterpret_cast<int (*)()>(dlsym(handle, "H5dont_atexit"))) stay();
     return lib;
 }
@@ -165,7 +165,6 @@ class Writer {
         return Done{};
     }
 
-    /// Writes one section for each reference, in order of first occurrence.
     template <int K>
     Outcome<Done> sections(const Simplices<K>& simplices, bool with_conditions) {
         std::map<Reference, std::vector<std::uint32_t>> rows;

@@ -1,4 +1,4 @@
-// Decodes meshes of any format and mesh arrays; helpers for text and tags.
+// Decodes meshes of any format and mesh arrays; reads numbers in text; finds rows by tag.
 module;
 #include <algorithm>
 #include <array>
@@ -29,7 +29,8 @@ bool read_unusual_real(std::string_view word, double& value) {
     std::string text(word.starts_with('+') ? word.substr(1) : word);
     for (char& c : text)
         if (c == 'd' || c == 'D') c = 'e';
-    // long double has a larger exponent range, so that infinity means overflow of double and 0 underflow.
+    // long double has a larger exponent range than double. Numbers too large for double so become infinity, and numbers
+    // too small become 0.
     long double wide = 0;
     const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), wide);
     value = static_cast<double>(wide);
@@ -38,7 +39,6 @@ bool read_unusual_real(std::string_view word, double& value) {
 
 namespace {
 
-/// True if a table from `first` to `last` is not much larger than `n` tags.
 bool is_dense(std::uint64_t first, std::uint64_t last, std::size_t n) {
     return last - first < 4 * std::uint64_t{n} + 64;
 }
@@ -246,11 +246,10 @@ template Column<Vec<3>> points_of<3>(std::span<const double>, std::shared_ptr<co
 template Outcome<DecodedMesh> mesh_of_arrays<2>(MeshArrays<2>, const Execution&);
 template Outcome<DecodedMesh> mesh_of_arrays<3>(MeshArrays<3>, const Execution&);
 
-// Decoding of any format, and recognition of files of other programs that have a known ending.
+// Decoding of any format. Files of other programs are recognised for error messages.
 
 namespace {
 
-/// A file type of another program with a known ending.
 struct ForeignFormat {
     std::string_view what, remedy;
 };
@@ -262,7 +261,7 @@ std::string_view first_line(std::string_view text) {
     return text.substr(0, text.find('\n'));
 }
 
-/// Such files have three counts (vertices, triangles, edges), then rows of coordinates and a label.
+/// FreeFEM files have three counts (vertices, triangles, edges), then rows of coordinates and a label.
 bool is_freefem(std::string_view text) {
     const std::string_view line = first_line(text);
     Words words{line.data(), line.data() + line.size()};
@@ -277,7 +276,7 @@ bool is_freefem(std::string_view text) {
     return numbers == 3 || numbers == 4;
 }
 
-/// Such files have sections in parentheses that begin with their number.
+/// Fluent files have sections in parentheses that begin with their number.
 bool is_fluent(std::string_view text) {
     const std::string_view line = first_line(text);
     return line.size() > 1 && line[0] == '(' && line[1] >= '0' && line[1] <= '9';

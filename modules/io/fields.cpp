@@ -1,4 +1,4 @@
-// Fields of meshes: names that are legal in a format, and conversion between 2D and space.
+// Fields of meshes: legal names in a format, and conversion between 2D and space.
 module;
 #include <algorithm>
 #include <cstddef>
@@ -61,7 +61,7 @@ Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size
 
 namespace {
 
-/// Bytes of the UTF-8 character at `at`; 0 if it is invalid.
+/// Number of bytes of the UTF-8 character at position `at`; 0 if the bytes are not valid UTF-8.
 std::size_t character_at(std::string_view text, std::size_t at) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const unsigned char first = byte(at);
@@ -126,7 +126,7 @@ std::vector<std::string> legal_names(std::span<const ListedName> names, const Na
     std::vector<std::string> legal(names.size());
     std::vector<std::size_t> others;
     for (std::size_t i = 0; i < names.size(); ++i) {
-        // Names are made legal twice, because a shortened name may end with a character that is illegal at the end.
+        // `legal` is called twice: after shortening, a name may end with a character that is not allowed at the end.
         legal[i] = rule.legal(cut_to_length(rule.legal(names[i].name), rule.longest - longest_ending(names[i])));
         if (legal[i].empty()) legal[i] = rule.unnamed;
         if (legal[i] != names[i].name || !taken.take(legal[i], names[i].endings)) others.push_back(i);
@@ -219,7 +219,7 @@ namespace {
 
 constexpr std::size_t row_grain = 4096;
 
-/// Component k of a new row is component `sources[k]` of the old row; −1: zero.
+/// Component k of a new row is component `sources[k]` of the old row, or zero if `sources[k]` is −1.
 template <class T>
 Outcome<Column<T>> chosen(const Column<T>& rows, std::size_t width, const std::vector<int>& sources,
                           const Execution& execution) {
@@ -234,7 +234,7 @@ Outcome<Column<T>> chosen(const Column<T>& rows, std::size_t width, const std::v
         .map([](Buffer<T> result) { return Column<T>(std::move(result)); });
 }
 
-/// Components of a row in space that form a 2D row; symmetric tensors as in `Sym`.
+/// For each component of a 2D row, its index in a row in space; symmetric tensors as in `Sym`.
 std::vector<int> in_plane(FieldKind kind) {
     switch (kind) {
         case FieldKind::scalar: return {0};
@@ -245,7 +245,7 @@ std::vector<int> in_plane(FieldKind kind) {
     return {};
 }
 
-/// Components of a 2D row that form a row in space; −1: zero.
+/// For each component in space, its index in a 2D row; −1 for z components.
 std::vector<int> in_space(FieldKind kind) {
     std::vector<int> sources(static_cast<std::size_t>(values_per_vertex(kind, 3)), -1);
     const std::vector<int> places = in_plane(kind);

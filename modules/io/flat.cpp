@@ -39,7 +39,6 @@ std::optional<double> common_height(const Mesh<3>& mesh) {
     return flat ? z : std::nullopt;
 }
 
-/// True for surface meshes with z values that differ only by rounding.
 bool is_nearly_flat(const Mesh<3>& mesh) {
     constexpr double rounding = 1e-9;
     if (!is_standalone_surface(mesh)) return false;
@@ -68,7 +67,7 @@ bool leaves_plane(const Column<Vec<3>>& directions) {
     return std::any_of(directions.begin(), directions.end(), [](const Vec<3>& d) { return d[2] != 0; });
 }
 
-/// Projects directions. If one leaves the plane, the lift stores all instead.
+/// Projects directions to the plane into `to`. If a direction has a z component, all are stored in `lifted` instead.
 Outcome<Done> lower_directions(const DirectionsAtVertices<3>& from, DirectionsAtVertices<2>& to,
                                DirectionsAtVertices<3>& lifted, const Execution& execution) {
     if (leaves_plane(from.table)) {
@@ -117,7 +116,6 @@ Outcome<Done> raise_geometry(const InputGeometry<2>& from, const Lift& lift, Inp
     });
 }
 
-/// Empty if all heights are `z`.
 Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& execution) {
     if (std::all_of(mesh.points.begin(), mesh.points.end(), [&](const Vec<3>& p) { return p[2] == z; }))
         return Column<double>{};
@@ -126,7 +124,8 @@ Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& 
 
 // ---------------------------------------------------------------- edges and their nodes
 
-/// Faces become elements, and feature edges become facets. The unique edges stay.
+/// Converts the edge numbers of simplices: faces become elements, and feature edges become facets. The edge set stays
+/// the same.
 Outcome<MeshEntities<2>> lowered(const MeshEntities<3>& entities, const Execution& execution) {
     return mapped<std::array<EdgeId, 1>>(entities.edges_of_edges, execution, [](EdgeId e) { return std::array{e}; })
         .map([&](Column<std::array<EdgeId, 1>> of_facets) {

@@ -15,9 +15,9 @@ export namespace camber {
 
 /// Decodes a GMF mesh (.mesh, .meshb; ASCII or binary by content, versions 1 to 4, either byte order).
 /// - Dimension 2 gives a 2D mesh, dimension 3 a 3D one (a surface mesh has no elements).
-/// - Elements of degree 2 give a QuadraticMesh: vertices keep the file's order without the mid nodes, which move to the
-///   edges. Node orders (…P2Ordering) and BezierBasis are honoured. Simplices of degree 2 come first; the others use
-///   the nodes of shared edges. Edges without a node in the file get the chord's midpoint.
+/// - Elements of degree 2 give a QuadraticMesh. Its vertices have the file's order without the mid nodes, which move to
+///   the edges. Node orders (…P2Ordering) and BezierBasis are honoured. Simplices of degree 2 come first; those of
+///   degree 1 use the nodes of edges that they share. An edge without a node in the file gets the chord's midpoint.
 /// - Plain element keywords with rows of degree 2 (Gmsh writes them) are read as degree 2. Gmsh versions differ in the
 ///   order of the last two nodes of a tetrahedron; the order whose nodes lie nearer the chord midpoints is used.
 /// - References of mid nodes are dropped, with a notice if they differ from those of the edge's ends.
@@ -42,23 +42,24 @@ struct GmfOptions {
     int version = 0;
 };
 
-/// Encodes the mesh; decoding restores the same bits. Blocks without rows are omitted, except Vertices. Elements of
-/// degree 2 are in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes follow the vertices in
-/// edge order, with the reference `mid_node_reference`. Errors: usage (invalid or too low version), unsupported (not
-/// simplices of degree 1 or 2).
+/// Encodes the mesh; decoding restores the same bits. Blocks without rows are omitted, except Vertices. Simplices of
+/// degree 2 have nodes in the order of `local_edges`, which is Vizir's default without Ordering blocks. Mid nodes
+/// follow the vertices in the order of edges, with the reference `mid_node_reference`. Errors: usage (a version that is
+/// invalid, or too low for the mesh), unsupported (not simplices of degree 1 or 2).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const Mesh<D>& mesh, GmfOptions options, const Execution& execution);
 
-/// Lists names of references, entities of simplices, associations without parameters. Unknown distances are written as
-/// 0.
+/// Lists data that GMF cannot hold: names of references, entities of simplices, associations without parameters.
+/// Unknown distances are written as 0.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_gmf(const Mesh<D>& mesh);
 
-/// Decodes the fields of SolAtVertices in a GMF file (.sol, .solb).
+/// Decodes the fields of the block SolAtVertices in a GMF file (.sol, .solb).
 [[nodiscard]] Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, std::string_view name,
                                                            const Execution& execution);
 
-/// Errors: usage (invalid version, no fields, not rows × width values).
+/// Encodes the fields as the block SolAtVertices. Errors: usage (invalid version, no fields, number of values not rows
+/// × width).
 [[nodiscard]] Outcome<Chunks> encode_gmf_solution(const Solution& solution, GmfOptions options,
                                                   const Execution& execution);
 
@@ -73,7 +74,7 @@ enum class Keyword : std::int32_t {
     edges = 5,
     triangles = 6,
     tetrahedra = 8,
-    required_tetrahedra = 12,  // a keyword of Mmg; libMeshb reserves the number
+    required_tetrahedra = 12,  // a keyword that Mmg writes; libMeshb reserves its number
     corners = 13,
     ridges = 14,
     required_vertices = 15,
@@ -98,10 +99,10 @@ enum class Keyword : std::int32_t {
 };
 
 enum class Content : std::uint8_t {
-    value,             ///< one integer
-    rows,              ///< a count, then rows
-    solution,          ///< a count, field types, then rows
-    foreign_elements,  ///< elements that Camber cannot hold
+    value,             ///< the block is one integer
+    rows,              ///< the block is a count, then rows
+    solution,          ///< the block is a count, field types, then rows
+    foreign_elements,  ///< rows of elements that Camber does not support
     end,
 };
 
@@ -109,7 +110,7 @@ struct KeywordInfo {
     Keyword keyword;
     std::string_view name;
     Content content;
-    std::string_view noun;  ///< name of one row in messages
+    std::string_view noun;
 };
 
 inline constexpr std::array keyword_table = {
@@ -143,7 +144,7 @@ inline constexpr std::array keyword_table = {
     KeywordInfo{Keyword::edges_p2_ordering, "EdgesP2Ordering", Content::rows, "node"},
     KeywordInfo{Keyword::triangles_p2_ordering, "TrianglesP2Ordering", Content::rows, "node"},
     KeywordInfo{Keyword::tetrahedra_p2_ordering, "TetrahedraP2Ordering", Content::rows, "node"},
-    // Keyword numbers of the public header of libMeshb 8.
+    // The keyword numbers are those in the public header of libMeshb 8.
     KeywordInfo{Keyword{7}, "Quadrilaterals", Content::foreign_elements, ""},
     KeywordInfo{Keyword{9}, "Prisms", Content::foreign_elements, ""},
     KeywordInfo{Keyword{10}, "Hexahedra", Content::foreign_elements, ""},
@@ -216,7 +217,7 @@ inline constexpr Keyword association_keyword = G == 0   ? Keyword::vertices_on_g
 
 enum class RowOrder { integers_first, reals_first };
 
-/// A row in any encoding: integers and reals.
+/// The integers and reals of a row, independent of the file's encoding.
 template <int Integers, int Reals, RowOrder Order = RowOrder::integers_first>
 struct Row {
     static constexpr int integers = Integers, reals = Reals, words = Integers + Reals;
@@ -233,7 +234,7 @@ using IndexRow = Row<1, 0>;
 using PairRow = Row<2, 0>;
 template <int D>
 using VectorRow = Row<0, D>;
-/// Vertex, entity of dimension G, and for G > 0 also G parameters and the distance.
+/// Integers: vertex, number of an entity of dimension G. Reals, for G > 0: G parameters and the distance.
 template <int G>
 using AssociationRow = Row<2, G == 0 ? 0 : G + 1>;
 using ValueRow = Row<0, 1>;
@@ -245,7 +246,7 @@ struct RowError {
     std::uint64_t limit = 0;
 };
 
-/// Converts an index from 1 to one from 0; an invalid one becomes at least the number of rows.
+/// Converts a file's index, from 1, to an index from 0. An index below 1 becomes larger than any number of rows.
 [[nodiscard]] constexpr std::uint64_t from_file(std::int64_t index) { return static_cast<std::uint64_t>(index) - 1; }
 
 [[nodiscard]] constexpr bool is_reference(std::int64_t value) {

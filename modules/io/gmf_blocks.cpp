@@ -36,7 +36,6 @@ Outcome<Done> read_directions(const File& file, Keyword keyword, const Execution
     return read;
 }
 
-/// Reads pairs of vertex and direction. Precondition: the directions are read.
 template <int D>
 Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices, const Execution& execution,
                          DirectionsAtVertices<D>& input, std::atomic<bool>& wrong) {
@@ -59,7 +58,8 @@ struct DirectionBlocks {
     Keyword directions, at_vertices;
 };
 
-/// Drops all directions if one is missing: Mmg writes indices of normals in place of those of tangents.
+/// Reads directions at vertices. If one is faulty, all are dropped: Mmg writes indices of normals in place of indices
+/// of tangents.
 template <int D>
 Outcome<Done> read_at_vertices(const File& file, const DirectionBlocks& blocks, std::size_t vertices,
                                const Execution& execution, DirectionsAtVertices<D>& input,
@@ -122,7 +122,7 @@ Outcome<InputGeometry<D>> read_geometry(const File& file, std::size_t vertices, 
 
 namespace {
 
-/// Local node with these barycentric exponents (their sum is 2); −1: none.
+/// Local number of the node with these exponents of barycentric coordinates; −1: no such node.
 template <int K>
 int node_of(const std::array<std::int64_t, K + 1>& exponents) {
     for (int v = 0; v <= K; ++v) {
@@ -138,7 +138,6 @@ int node_of(const std::array<std::int64_t, K + 1>& exponents) {
     return -1;
 }
 
-/// Sum of squared distances of mid nodes from chord midpoints, for this node order.
 template <int D>
 Outcome<double> offsets(const Buffer<Vec<D>>& points, const Buffer<std::array<VertexId, 10>>& tetrahedra,
                         const listing::NodeOrder<3>& order, const Execution& execution) {
@@ -160,7 +159,7 @@ template <int K>
 Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file) {
     const Block* const block = file.find(ordering_keyword<K>);
     if (!block || block->count == 0) return std::optional<listing::NodeOrder<K>>{};
-    // A row of EdgesP2Ordering has only the exponent of vertex 0.
+    // A row of EdgesP2Ordering has only one number, the exponent of vertex 0.
     constexpr int integers = K == 1 ? 1 : K + 1;
     listing::NodeOrder<K> order;
     order.fill(-1);

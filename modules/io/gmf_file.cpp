@@ -101,7 +101,7 @@ void set_value(File& file, Keyword keyword, std::int64_t value) {
 }
 
 void skip_block(File& file, std::string_view word) {
-    // Unprintable characters are replaced, because damaged files must not write them to a terminal.
+    // Unprintable characters are replaced, so that damaged files cannot send control characters to a terminal.
     std::string name(word.substr(0, 80));
     for (char& c : name)
         if (c < ' ' || c > '~') c = '?';
@@ -110,7 +110,7 @@ void skip_block(File& file, std::string_view word) {
             ++skipped.blocks;
             return;
         }
-    // Bounds the memory for the list if the file is damaged.
+    // The limit bounds the memory of the list if the file is damaged.
     constexpr std::size_t max_names = 100;
     if (file.skipped.size() < max_names) file.skipped.push_back({name, 1});
 }
@@ -194,8 +194,8 @@ std::size_t count_of(const File& file, Keyword keyword) {
     return block ? block->count : 0;
 }
 
-/// Checks that counts fit their blocks, so that every range of rows exists. Errors: those of check_size; unsupported
-/// (simplices of another degree).
+/// Checks that the block holds as many rows as its header declares. Errors: those of check_size; unsupported (simplices
+/// of another degree).
 template <int K, int Degree>
 Outcome<Done> check_simplices(const File& file) {
     if (const Block* const others = file.find(simplex_keyword<K, 3 - Degree>); others && others->count > 0)
@@ -232,7 +232,8 @@ Outcome<Done> check_blocks(const File& file) {
         .and_then([&](Done) { return D == 3 ? check_simplices<1, Degree>(file) : Outcome<Done>(Done{}); });
 }
 
-/// Calls store(row in the range, row) → Fault for `size` rows from `begin`, on the calling thread.
+/// Calls store(i, row) → RowError for `size` rows from row `begin` of the block; i counts from 0. Uses only the calling
+/// thread.
 template <class RowType, class Store>
 Outcome<Done> read_run(const File& file, Keyword keyword, std::size_t begin, std::size_t size, Store&& store) {
     const Block* const block = file.find(keyword);
@@ -279,7 +280,8 @@ Outcome<Done> GmfRuns<D, Degree>::simplices(std::size_t begin, std::span<Nodes<K
     constexpr int count = nodes_of_degree<K, Degree>;
     const std::size_t points = counts().points;
     const auto store = [&](std::size_t i, const gmf::SimplexRow<count>& row) -> gmf::RowError {
-        // Decoding a whole file drops such an edge; here this would change the numbers of later rows.
+        // The decoder of whole files drops edges from a vertex to itself. Here this is an error, because dropping a row
+        // would change the numbers of later rows.
         if (K == 1 && row.integer[0] == row.integer[1]) return {gmf::RowErrorKind::repeated, row.integer[0]};
         return gmf::store_simplex<count>(row, points, nodes[i], references[i]);
     };

@@ -22,22 +22,22 @@ namespace camber::gmf {
 
 enum class ByteOrder : std::uint8_t { native, swapped };
 
-/// Part of an ASCII block that ends at a line end; one thread decodes it.
+/// A part of an ASCII block, read by one thread. Parts end at line ends.
 struct Piece {
-    std::size_t begin = 0;       ///< first byte in the file
-    std::size_t first_word = 0;  ///< number of earlier words in the body
+    std::size_t begin = 0;       ///< byte in the file at which the part begins
+    std::size_t first_word = 0;  ///< number of words of the block's rows before the part
 };
 
-/// Position of a block; its rows are not checked yet.
+/// Position of a block. The rows are not checked when the block is located.
 struct Block {
     const KeywordInfo* info = nullptr;
-    std::size_t start = 0;                  ///< byte of the keyword
-    std::size_t body = 0, end = 0;          ///< byte range of the rows
-    std::uint64_t count = 0;                ///< rows; unchecked before `check_size`
-    std::vector<std::int32_t> fields = {};  ///< SolAtVertices: field types
-    std::size_t words = 0;                  ///< ASCII: words in the body
-    std::vector<Piece> pieces = {};         ///< ASCII: parts of the body
-    std::size_t rows_per_entity = 1;        ///< rows of one numbered entity
+    std::size_t start = 0;                  ///< position of the keyword (bytes)
+    std::size_t body = 0, end = 0;          ///< begin and end of the rows (bytes)
+    std::uint64_t count = 0;                ///< number of rows, unchecked before `check_size`
+    std::vector<std::int32_t> fields = {};  ///< field types, for SolAtVertices
+    std::size_t words = 0;
+    std::vector<Piece> pieces = {};         ///< parts of the rows, for ASCII
+    std::size_t rows_per_entity = 1;        ///< messages count this number of rows as one entity
 };
 
 struct Skipped {
@@ -60,7 +60,8 @@ struct File {
     [[nodiscard]] const Block* find(Keyword keyword) const;
 };
 
-/// Locates the blocks. Errors: not GMF, truncated, duplicate block, missing or wrong Dimension.
+/// Locates the blocks of a GMF file. Errors: input (not GMF, truncated, a block occurs twice, Dimension is missing or
+/// wrong).
 [[nodiscard]] Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name,
                                       const Execution& execution);
 [[nodiscard]] Outcome<File> index_binary(File file);
@@ -74,15 +75,15 @@ void skip_block(File& file, std::string_view word);
 [[nodiscard]] inline auto fail_at(const File& file, std::size_t at, std::string what, std::string remedy = {}) {
     return fail(ErrorKind::input, std::move(what), place(file, at), {}, std::move(remedy));
 }
-/// Checks that count × `words` fit between header and end (and, in ASCII, fill the block).
+/// Checks that a block has space for `count` rows of this many integers and reals. In ASCII the rows must fill the
+/// block exactly.
 [[nodiscard]] Outcome<Done> check_size(const File& file, const Block& block, int integers, int reals);
-/// Words in a row of an integer block, from its length; 0: the length is not a multiple.
+/// Number of words in a row of integers: words in the block divided by rows; 0 if the division has a remainder.
 [[nodiscard]] std::size_t words_per_row(const File& file, const Block& block);
 [[nodiscard]] std::size_t row_begin(const File& file, const Block& block, std::size_t row, int integers, int reals);
 [[nodiscard]] Error row_error_message(const File& file, const Block& block, std::size_t row, std::size_t at,
                                       const RowError& row_error);
 
-/// Bytes of a row in binary files of this version.
 [[nodiscard]] inline std::size_t row_bytes(int version, int integers, int reals) {
     const std::size_t integer_size = version == 4 ? 8 : 4, real_size = version == 1 ? 4 : 8;
     return static_cast<std::size_t>(integers) * integer_size + static_cast<std::size_t>(reals) * real_size;
@@ -130,7 +131,7 @@ template <class RowType, class LayoutType>
     return row;
 }
 
-/// Calls f with the layout type, so that loops need not test it.
+/// Calls f with the file's number types and byte order as a type, so that loops need not test them.
 template <class F>
 auto with_layout(const File& file, F&& f) {
     const auto with_numbers = [&]<ByteOrder Order>() {
@@ -142,7 +143,7 @@ auto with_layout(const File& file, F&& f) {
     return with_numbers.template operator()<ByteOrder::native>();
 }
 
-/// Binary part of `read_rows`, for a checked block.
+/// Implements `read_rows` for binary files. Precondition: `check_size` accepts the block.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_binary_rows(const File& file, const Block& block, const Execution& execution,
                                              Store& store) {
@@ -186,7 +187,8 @@ template <class RowType>
     return {text + begin, text + end};
 }
 
-/// ASCII part of `read_rows`, for a checked block. Threads read the rows that begin in their part.
+/// Implements `read_rows` for ASCII files; each thread reads parts of the block. Precondition: `check_size` accepts the
+/// block.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_ascii_rows(const File& file, const Block& block, const Execution& execution,
                                             Store& store) {
@@ -215,8 +217,8 @@ template <class RowType, class Store>
     return fail(row_error_message(file, block, first.row(), at, read_one(first.row(), words)));
 }
 
-/// Calls store(row number, row) → Fault for each row, in parallel and in no particular order. Errors: a count that does
-/// not fit the block, the first faulty row.
+/// Calls store(row number, row) → RowError for each row, in parallel and in no particular order. Errors: a count that
+/// does not fit the block; the error of the first faulty row.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_rows(const File& file, const Block& block, const Execution& execution, Store&& store) {
     if (auto fits = check_size(file, block, RowType::integers, RowType::reals); !fits) return fits;
@@ -224,29 +226,31 @@ template <class RowType, class Store>
     return read_binary_rows<RowType>(file, block, execution, store);
 }
 
-/// Reads …P2Ordering; none if the file has no such block. Errors: input (not every node exactly once).
+/// Reads the node order of K-simplices (block …P2Ordering); none if the file has no such block. Errors: input (a node
+/// is missing or occurs twice).
 template <int K>
 [[nodiscard]] Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file);
 
-/// Node order of quadratic tetrahedra under a plain keyword: old Gmsh versions end with the nodes of edges 23, 13,
-/// later ones with 13, 23. Selects the order with the smaller sum of squared distances from chord midpoints.
+/// Node order of quadratic tetrahedra under a keyword of degree 1. Old Gmsh versions end with the nodes of edges 23,
+/// 13, later ones with 13, 23. Selects the order with the smaller sum of squared distances between mid nodes and chord
+/// midpoints.
 template <int D>
 [[nodiscard]] Outcome<listing::NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points,
                                                           const Buffer<std::array<VertexId, 10>>& tetrahedra,
                                                           const Execution& execution);
 
-/// Checks that each vertex exists and occurs once in a simplex. The file must outlive the result, whose messages quote
-/// it.
+/// Reads points and simplices. Checks that each vertex exists and occurs once in its simplex. The file must outlive the
+/// result, whose messages quote the file.
 template <int D>
 [[nodiscard]] Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notices,
                                                  const Execution& execution);
 
-/// Reads the lists other than points and simplices.
+/// Reads the lists other than points and simplices, for example corners and ridges.
 template <int D, int Degree>
 [[nodiscard]] Outcome<LinearMesh<D>> read_lists(const File& file);
 
-/// Reads normals, tangents and associations with CAD entities. All normals (or tangents) are dropped with a notice if
-/// one is faulty (an index without its vertex or direction, length zero).
+/// Reads normals, tangents and associations with CAD entities. All normals are dropped with a notice if a normal has
+/// length zero or an index is invalid. The same holds for tangents.
 template <int D>
 [[nodiscard]] Outcome<InputGeometry<D>> read_geometry(const File& file, std::size_t vertices,
                                                       std::vector<Notice>& notices, const Execution& execution);

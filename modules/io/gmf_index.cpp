@@ -22,7 +22,7 @@ namespace {
 
 constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/// True for numbers that begin with a letter, such as nan.
+/// True for nan and infinity, which begin with a letter like keywords.
 bool spells_number(std::string_view word) {
     std::array<char, 8> lower{};
     const std::size_t n = std::min(word.size(), lower.size());
@@ -32,7 +32,6 @@ bool spells_number(std::string_view word) {
     return start == "nan" || start == "inf" || start == "infinity" || start.starts_with("nan(");
 }
 
-/// Skips a quoted text, which Bamg writes.
 void pass_quoted(Words& words) {
     if (*words.at != '"') return;
     const std::string_view rest(words.at, static_cast<std::size_t>(words.end - words.at));
@@ -40,7 +39,6 @@ void pass_quoted(Words& words) {
     if (end != std::string_view::npos && rest[end] == '"') words.at += end;
 }
 
-/// Moves to the next word that begins with a letter; false at the end.
 bool find_keyword_word(Words& words) {
     for (; words.find(); words.pass()) {
         pass_quoted(words);
@@ -53,7 +51,7 @@ bool find_keyword_word(Words& words) {
 
 constexpr std::size_t piece_bytes = std::size_t{1} << 18;
 
-/// Divides the body at line ends, where comments end too.
+/// Divides the rows of an ASCII block into parts. Parts end at line ends, so no comment extends over two parts.
 Outcome<Done> split(const File& file, Block& block, const Execution& execution) {
     const auto text = file.bytes.first(block.end);
     for (std::size_t at = block.body; at < block.end;) {
@@ -123,9 +121,8 @@ Outcome<Done> read_text_block(File& file, std::string_view name, std::size_t sta
     return Done{};
 }
 
-/// The first keyword: the version, or Dimension in a file without version.
 struct Begin {
-    Words words;  ///< words after the version, or from Dimension
+    Words words;
     bool has_version = true;
 };
 std::optional<Begin> begin_of(std::span<const std::byte> bytes) {
@@ -139,7 +136,7 @@ std::optional<Begin> begin_of(std::span<const std::byte> bytes) {
     return std::nullopt;
 }
 
-/// In text files the version must be a number, but has no effect; Bamg writes 0.
+/// Reads the version of a text file. A number from 0 to 4 is accepted (Bamg writes 0), and has no effect.
 Outcome<Done> read_version(File& file, Begin& beginning) {
     const auto at = [&] {
         return static_cast<std::size_t>(beginning.words.at - reinterpret_cast<const char*>(file.bytes.data()));
@@ -153,7 +150,7 @@ Outcome<Done> read_version(File& file, Begin& beginning) {
     return Done{};
 }
 
-/// Accepts a file without the keyword End, unless it ends within a line.
+/// Accepts a file without the keyword End, unless the last line has no line end.
 Outcome<File> without_end(File file) {
     if (file.bytes.empty() || !is_blank(static_cast<char>(file.bytes.back())))
         return fail_at(file, file.bytes.size(), "the file ends before the keyword End", "it seems to be cut off");
@@ -190,14 +187,12 @@ Outcome<File> index_ascii(File file, const Execution& execution) {
 
 namespace {
 
-/// Reads a header, but never past the end of the file.
 class Header {
   public:
     Header(const File& file, std::size_t at) : file_(file), at_(at) {}
 
     [[nodiscard]] std::size_t at() const { return at_; }
 
-    /// Reads an integer of 4 or 8 bytes; none at the end of the file.
     [[nodiscard]] std::optional<std::int64_t> integer(std::size_t size) {
         if (file_.bytes.size() - at_ < size) return std::nullopt;
         const std::byte* const from = file_.bytes.data() + at_;
@@ -235,7 +230,8 @@ Outcome<Done> read_binary_block(File& file, Header header, std::int32_t number, 
     const std::string name(info->name);
     const std::size_t room = end - header.at();
     if (info->content == Content::value) {
-        // In version 4 the value has 8 bytes, or 4 as for Dimension; the block's length shows which.
+        // In version 4 a block of one value has 8 bytes, but some writers use 4, as for Dimension. The block's length
+        // shows which.
         const auto value = header.integer(file.version == 4 && room >= 8 ? 8 : 4);
         if (!value || header.at() > end) return fail_at(file, start, name + " has no value", "the file is damaged");
         set_value(file, info->keyword, *value);

@@ -50,7 +50,7 @@ Outcome<Done> read_simplices(const File& file, const Block& block, std::size_t v
     });
 }
 
-/// Index 0 means none and is dropped with a notice.
+/// Reads indices of vertices or simplices. An index 0 is dropped with a notice.
 template <class Item>
 Outcome<Done> read_indices(const File& file, Keyword keyword, std::size_t limit, const Execution& execution,
                            Buffer<Item>& items, std::vector<Notice>& notices) {
@@ -114,7 +114,6 @@ Outcome<Done> read_kind(const File& file, const Execution& execution, const list
     return read_indices(file, required_keyword<K>, kind.indexed(), quiet, kind.required, notices);
 }
 
-/// Drops edges of degree 1 from a vertex to itself.
 template <int D>
 void drop_degenerate_edges(listing::Mesh<D>& raw, std::vector<Notice>& notices) {
     listing::Simplices<1>& edges = [&]() -> listing::Simplices<1>& {
@@ -138,7 +137,7 @@ void drop_degenerate_edges(listing::Mesh<D>& raw, std::vector<Notice>& notices) 
                        " edges from a vertex to itself were left out: they have no length"});
     rows.nodes.resize(preserved);
     rows.references.resize(preserved);
-    if (edges.curved.size() > 0) return;  // `required` and `ridges` refer to the quadratic edges
+    if (edges.curved.size() > 0) return;  // the indices in `required` and `ridges` are rows of the quadratic edges
     for (Buffer<std::uint32_t>* const indices : {&edges.required, &raw.ridges}) {
         for (std::uint32_t& index : *indices) index = numbers[index];
         std::erase(*indices, removed);
@@ -153,7 +152,6 @@ Outcome<Done> refuse_tetrahedra(const File& file) {
     return Done{};
 }
 
-/// Share of these blocks in all bytes, an estimate for the time.
 double share_of(const File& file, std::initializer_list<Keyword> keywords) {
     std::size_t all = 0, chosen = 0;
     for (const Block& block : file.blocks) {
@@ -282,7 +280,7 @@ std::string place_of_foreign(const gmf::File& file) {
 Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
                                      const DecodeOptions& options, const Execution& execution) {
     return guarded([&]() -> Outcome<DecodedMesh> {
-        // Text files are read twice: to find the blocks and to read the rows.
+        // The first 30 % of the progress is for locating the blocks of a text file, the rest for its rows.
         const double of_index = is_gmf_ascii(bytes) ? 0.3 : 0;
         auto file = gmf::open_file(bytes, name, part_of(execution, 0, of_index));
         if (!file) return fail(std::move(file.error()));

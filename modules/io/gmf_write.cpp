@@ -101,7 +101,7 @@ namespace gmf {
 
 namespace {
 
-/// Leaves gaps in the file for the rows of points and simplices.
+/// Writes the file without the rows of points and simplices, for which it leaves gaps.
 template <class LayoutType>
 class FrameWriter : public BinaryWriter<LayoutType> {
   public:
@@ -149,7 +149,6 @@ class FrameSizer : public BinarySizer {
     }
 };
 
-/// Writes the blocks in the order of `put_mesh`.
 template <int D, int Degree, class Sink>
 Outcome<Done> put_frame(Sink& sink, const LinearMesh<D>& lists, GmfFrame& frame) {
     const PartTotals& totals = frame.totals;
@@ -181,7 +180,8 @@ Outcome<std::vector<FilePiece>> written_frame(GmfFrame& frame, const LinearMesh<
     });
 }
 
-/// Encodes n rows; row(i) has number first + i in its block, whose rows begin at byte `start`.
+/// Encodes n rows of a block from row `first` on; the block's rows begin at byte `start`. row(i): row number `first` +
+/// i.
 template <class RowType, class LayoutType>
 Outcome<FilePiece> piece_of(std::uint64_t start, std::uint64_t first, std::size_t n, const Execution& execution,
                             const auto& row) {

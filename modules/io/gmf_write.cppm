@@ -19,7 +19,8 @@ import :writers;
 
 namespace camber::gmf {
 
-/// Returns `least` if no version is requested. Errors: usage (an invalid or too low version).
+/// Returns the requested version, or `least` if none is requested. Errors: usage (the version is invalid, or lower than
+/// `least`).
 [[nodiscard]] Outcome<int> chosen_version(GmfOptions options, int least);
 
 class BinarySizer {
@@ -36,9 +37,9 @@ class BinarySizer {
         return Done{};
     }
     void more(std::size_t bytes) { narrow_ += bytes; }
-    [[nodiscard]] std::size_t words() const { return words_; }  ///< words in all rows
+    [[nodiscard]] std::size_t words() const { return words_; }
 
-    /// See GmfOptions::version. No index exceeds the largest count.
+    /// Lowest version that can hold the mesh, see GmfOptions::version. The largest count also bounds all indices.
     [[nodiscard]] int min_version() const {
         constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
         if (largest_ > most) return 4;
@@ -46,7 +47,8 @@ class BinarySizer {
     }
 
   private:
-    std::size_t narrow_ = 8 + 8;  // file size in version 2; at first the magic number and version, End and its position
+    std::size_t narrow_ = 8 + 8;  // file size in version 2; it begins with 8 bytes for the header and 8 for the block
+                                  // End
     std::size_t words_ = 0;
     std::size_t largest_ = 0;
 };
@@ -75,7 +77,6 @@ class BinaryWriter {
   public:
     using Integer = typename LayoutType::Integer;
 
-    /// `words`: number of words in all rows, for the progress.
     BinaryWriter(int version, std::size_t words, const Execution& execution)
         : version_(version), words_(words), execution_(execution) {
         put_header({1, version});
@@ -105,7 +106,7 @@ class BinaryWriter {
         return done;
     }
 
-    /// Writes a count, 4-byte integers (field types), and reals.
+    /// Writes the block SolAtVertices: the count `rows`, the field types `header`, and the values.
     Outcome<Done> solution(std::size_t rows, std::span<const std::int32_t> header, std::span<const double> values) {
         begin(Keyword::sol_at_vertices, sizeof(Integer) + header.size_bytes() + values.size_bytes());
         put(static_cast<Integer>(rows));
@@ -129,7 +130,6 @@ class BinaryWriter {
     }
 
   protected:
-    /// Writes a block's head; `bytes`: size of its rows.
     void begin_rows(Keyword keyword, std::size_t n, std::size_t bytes) {
         begin(keyword, sizeof(Integer) + bytes);
         put(static_cast<Integer>(n));
@@ -143,7 +143,7 @@ class BinaryWriter {
     [[nodiscard]] Chunks take_chunks() { return std::exchange(chunks_, {}); }
 
   private:
-    /// Writes the keyword and the next block's position; `body`: bytes between, with the count.
+    /// Writes a keyword and the position of the next block. `body`: number of bytes between them and the next block.
     void begin(Keyword keyword, std::size_t body) {
         put(static_cast<std::int32_t>(keyword));
         put_position(position_ + (version_ >= 3 ? 8 : 4) + body);
@@ -176,8 +176,8 @@ using camber::guarded;
 
 [[nodiscard]] constexpr std::int64_t to_file(std::size_t index) { return static_cast<std::int64_t>(index) + 1; }
 
-/// These functions write the blocks in order, up to the first failure. A sink has value(keyword, integer) and
-/// rows<RowType>(keyword, number, row number → RowType), which return Outcome<Done>.
+/// These functions write the blocks in order, up to the first failure. A sink has two functions that return
+/// Outcome<Done>: value(keyword, integer) and rows<RowType>(keyword, n, row). row(i): row i of the block.
 template <class Sink>
 [[nodiscard]] Outcome<Done> put_indices(Sink& sink, Keyword keyword, const auto& items) {
     return sink.template rows<IndexRow>(keyword, items.size(), [&](std::size_t i) -> IndexRow {
@@ -202,7 +202,7 @@ template <int D, class Sink>
         });
 }
 
-/// False for associations without parameters, which `not_in_gmf` counts.
+/// False for associations without parameters, which are not written.
 template <int G>
 [[nodiscard]] bool is_in_gmf(const Association<G>& on) {
     return G == 0 || on.parameters.has_value();
@@ -224,7 +224,6 @@ template <int G, class Sink>
     });
 }
 
-/// Writes the blocks that follow the simplices.
 template <int D, class Sink>
 [[nodiscard]] Outcome<Done> put_features(Sink& sink, const LinearMesh<D>& mesh) {
     return put_indices(sink, Keyword::corners, mesh.corners)

@@ -22,7 +22,7 @@ module;
 export module camber.io;
 import camber.core;
 import camber.bezier;
-// Partitions that are not exported are parts of readers and writers.
+// Partitions that are imported without export contain parts of readers and writers.
 export import :gmf;
 import :gmf_file;
 import :gmf_write;
@@ -36,8 +36,8 @@ import :text;
 export import :vtu;
 import :writers;
 
-/// Tables of formats: the only source for decoders, encoders, messages and help. Functions have the table as a
-/// parameter, so that programs can add rows. A decoder's `name` is the file's path: some decoders open the file.
+/// Tables of formats: the only source of decoders, encoders, messages and help. Functions have the table as a
+/// parameter, so programs can add rows. A decoder's `name` is the file's path, because some decoders open the file.
 export namespace camber {
 
 /// Options for writing; a format ignores those that do not apply to it.
@@ -48,32 +48,33 @@ struct EncodeOptions {
 struct FormatName {
     std::string_view name;  ///< one word, unique in the table
     std::string_view what;
-    /// File endings with the dot, unique in the table. If empty, the format is written by name and recognised by
-    /// content only.
+    /// File endings with the dot, unique in the table. A format without endings is recognised by content, and selected
+    /// by name for writing.
     std::vector<std::string_view> endings;
-    /// An ending of another row that this format also uses: a mesh from such a file is written in the same format.
+    /// Ending of another row that files of this format may also have. A mesh from such a file is written back in this
+    /// format.
     std::string_view shared_extension = {};
-    /// Returns true for this format only; reads only the first words.
+    /// Recognises the format by the first bytes of a file. At most one row of the table accepts a file.
     bool (*sniff)(std::span<const std::byte> bytes);
 };
 
-/// A null decoder or encoder means that reading or writing is not supported.
+/// A format without decoder cannot be read, a format without encoder cannot be written.
 struct MeshFormat : FormatName {
     Outcome<DecodedMesh> (*decode)(std::span<const std::byte> bytes, std::string_view name,
                                    const DecodeOptions& options, const Execution& execution) = nullptr;
-    /// Fields that the format cannot hold are omitted.
+    /// Encodes a mesh without the fields that the format cannot hold.
     Outcome<Chunks> (*encode)(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
                               const Execution& execution) = nullptr;
-    /// Lists mesh data that the format cannot hold, without fields.
+    /// Lists mesh data other than fields that the format cannot hold.
     std::vector<Notice> (*losses)(const AnyMesh& mesh) = nullptr;
     bool has_fields = false;
-    /// Null: all fields can be stored, if it `has_fields`.
+    /// True if the format can hold the field. Null: the format can hold all fields if it `has_fields`, else none.
     bool (*can_store)(const MeshField& field) = nullptr;
-    /// Lists fields whose names change; null: the format has no fields.
+    /// Lists fields that get other names in the file. Null: the format has no fields.
     std::vector<Notice> (*renames)(const MeshFields& fields) = nullptr;
-    bool chooses_cells = false;  ///< uses `EncodeOptions::cells`
-    bool for_viewers = false;    ///< a run writes its fields to such files
-    bool is_always_3d = false;   ///< see DecodedMesh
+    bool chooses_cells = false;
+    bool for_viewers = false;   ///< runs also write their fields to files of this format
+    bool is_always_3d = false;  ///< see DecodedMesh
 };
 
 struct SolutionFormat : FormatName {
@@ -108,7 +109,6 @@ template <class Format>
     return find_format(formats, [&](const Format& format) { return format.sniff(bytes); });
 }
 
-/// Empty if no command is known.
 [[nodiscard]] std::string conversion_command(std::string_view path);
 
 [[nodiscard]] std::string listed(std::span<const std::string_view> words, std::string_view before_last = " or ",
@@ -121,7 +121,6 @@ template <class Format>
         if (format.decode) endings.insert(endings.end(), format.endings.begin(), format.endings.end());
     return endings;
 }
-/// Endings of the formats that can be written and for which accepts(row) holds.
 template <class Format>
 [[nodiscard]] std::vector<std::string_view> writable_extensions(std::span<const Format> formats, auto&& accepts) {
     std::vector<std::string_view> endings;
@@ -142,7 +141,8 @@ template <class Format>
     return names;
 }
 
-/// Format of the content, else of the ending. Errors: input (unknown), unsupported (write-only format).
+/// Returns the format of the content, else that of the path's ending. Errors: input (no such format), unsupported (it
+/// has no decoder).
 template <class Format>
 [[nodiscard]] Outcome<const Format*> format_to_read(std::span<const Format> formats, std::span<const std::byte> bytes,
                                                     std::string_view path) {
@@ -162,7 +162,7 @@ template <class Format>
                 std::string(path), {}, remedy);
 }
 
-/// The format `name`, or that of the ending if `name` is empty. Errors: usage.
+/// Returns the format `name`; if `name` is empty, the format of the path's ending. Errors: usage.
 template <class Format>
 [[nodiscard]] Outcome<const Format*> format_to_write(std::span<const Format> formats, std::string_view path,
                                                      std::string_view name = {}) {
@@ -175,14 +175,17 @@ template <class Format>
                 "use " + listed(writable_formats(formats)));
 }
 
-/// Returns the format for writing a mesh that was read: the format `name` if not empty; else `source` (the format that
-/// was read, or empty) if it uses the path's ending, which keeps encoding and version; else that of the ending. Errors:
-/// usage.
+/// Selects the format for writing a mesh that was read in the format `source` (may be empty):
+/// 1. the format `name`, if not empty;
+/// 2. `source`, if it uses the path's ending, so that encoding and version stay the same;
+/// 3. the format of the path's ending.
+///
+/// Errors: usage.
 [[nodiscard]] Outcome<const MeshFormat*> format_to_rewrite(std::span<const MeshFormat> formats, std::string_view path,
                                                            std::string_view name, std::string_view source);
 
-/// Decodes any format. `path` is used for the ending and for messages. Errors: those of `format_to_read` and of the
-/// decoder.
+/// Decodes a mesh of any format. `path` serves to find the ending, and for messages. Errors: those of `format_to_read`
+/// and of the decoder.
 [[nodiscard]] Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_view path,
                                                const DecodeOptions& options, const Execution& execution);
 [[nodiscard]] inline Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_view path,
@@ -192,11 +195,14 @@ template <class Format>
 [[nodiscard]] Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::string_view path,
                                                        const Execution& execution);
 
-/// Decodes an SU2 mesh (degree 1, NDIME 2 or 3; NELEM, NPOIN and NMARK in any order). Several zones are joined, with
-/// zone numbers as references of elements, unless the options choose one. Each MARKER_TAG becomes a group of facets
-/// with reference 1, 2 … in file order; elements of a single zone and vertices have reference 0. Indices at the ends of
-/// rows are ignored, as in SU2. SEND_RECEIVE markers and unknown blocks are skipped with a notice. Further errors:
-/// unsupported (zones of different dimensions).
+/// Decodes an SU2 mesh (degree 1, NDIME 2 or 3; NELEM, NPOIN and NMARK in any order).
+/// - Several zones are joined, unless the options select one. Elements then have their zone's number as reference,
+///   otherwise 0.
+/// - Each MARKER_TAG becomes a group of facets with reference 1, 2 … in file order. Vertices have reference 0.
+/// - Indices at the ends of rows are ignored, as in SU2. SEND_RECEIVE markers and unknown blocks are skipped with a
+///   notice.
+///
+/// Further errors: unsupported (zones of different dimensions).
 [[nodiscard]] Outcome<DecodedMesh> decode_su2(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
 [[nodiscard]] inline Outcome<DecodedMesh> decode_su2(std::span<const std::byte> bytes, std::string_view name,
@@ -204,21 +210,21 @@ template <class Format>
     return decode_su2(bytes, name, {}, execution);
 }
 
-/// True if NDIME=, NZONE=, NELEM=, NPOIN= or NMARK= comes first, after any comments.
+/// True if the first keyword after any comments is NDIME=, NZONE=, NELEM=, NPOIN= or NMARK=.
 [[nodiscard]] bool is_su2(std::span<const std::byte> bytes);
 
 template <int K, int Degree>
 inline constexpr int nodes_of_degree = Degree == 1 ? K + 1 : quadratic_nodes<K>;
 
-/// Consecutive points; `first`: number of the first point, from 0.
+/// Consecutive points of a mesh. `first`: number of the first one, from 0.
 template <int D>
 struct PointRun {
     std::uint64_t first = 0;
     Buffer<Vec<D>> points = {};
     Buffer<Reference> references = {};
 };
-/// Consecutive K-simplices of a file. Nodes are point numbers from 0; edge nodes of degree 2 follow all vertices, in
-/// the order of `local_edges`.
+/// Consecutive K-simplices of a mesh. Nodes are numbers of points, from 0: first all vertices, then all edge nodes. A
+/// simplex has its edge nodes in the order of `local_edges`.
 template <int K, int Degree>
 struct SimplexRun {
     std::uint64_t first = 0;
@@ -226,14 +232,14 @@ struct SimplexRun {
     Buffer<Reference> references = {};
 };
 
-/// Rows of a file that one of several writers owns.
+/// The rows of a file that one of several writers encodes.
 template <int D, int Degree>
 struct FilePart {
     PointRun<D> vertices = {};
-    PointRun<D> mid_nodes = {};  ///< edge nodes, counted separately by `first`; empty for degree 1
+    PointRun<D> mid_nodes = {};  ///< edge nodes; `first` is a number among the edge nodes
     SimplexRun<D, Degree> elements = {};
     SimplexRun<D - 1, Degree> facets = {};
-    SimplexRun<1, Degree> edges = {};  ///< feature edges in 3D
+    SimplexRun<1, Degree> edges = {};
 };
 
 struct PartTotals {
@@ -243,19 +249,18 @@ struct PartTotals {
 struct GmfFrame {
     int version = 0;
     std::uint64_t bytes = 0;
-    std::uint64_t points = 0, elements = 0, facets = 0, edges = 0;  ///< first byte of each block's rows
+    std::uint64_t points = 0, elements = 0, facets = 0, edges = 0;  ///< bytes at which the rows of these blocks begin
     PartTotals totals = {};
 };
 
-/// Bytes to write at an offset in a file.
 struct FilePiece {
     std::uint64_t offset = 0;
     Buffer<std::byte> bytes;
 };
 
-/// Writing in parts: `gmf_frame` computes the positions; `encode_gmf_frame` encodes everything except the rows of
-/// points and simplices. Together with the pieces of all parts, these are the bytes of `encode_gmf_mesh`. Errors: usage
-/// (the version).
+/// Several writers write a file in parts. `gmf_frame` computes the positions of blocks. `encode_gmf_frame` encodes
+/// everything except the rows of points and simplices; `encode_gmf_part` encodes rows. Together the pieces are the
+/// bytes of `encode_gmf_mesh`. Errors: usage (the version).
 template <int D, int Degree>
 [[nodiscard]] Outcome<GmfFrame> gmf_frame(const PartTotals& totals, const LinearMesh<D>& lists, int version = 0);
 template <int D, int Degree>
@@ -269,9 +274,9 @@ struct GmfCounts {
     std::size_t points = 0, elements = 0, facets = 0, edges = 0;
 };
 
-/// Reads a binary GMF mesh by ranges of rows, in any order and concurrently; only the bytes of the range are accessed.
-/// Rows are checked as in whole files. Precondition: begin + size of the output ≤ count. Points include edge nodes for
-/// degree 2. Errors: input, for the first faulty row.
+/// Reads ranges of rows of a binary GMF mesh, in any order and concurrently; only the bytes of a range are accessed.
+/// Rows are checked as by `decode_gmf_mesh`. A range begins at row `begin`, has as many rows as the output, and must
+/// end within the block. Points include edge nodes for degree 2. Errors: input, for the first faulty row.
 template <int D, int Degree = 1>
 class GmfRuns {
   public:
@@ -283,25 +288,27 @@ class GmfRuns {
     [[nodiscard]] GmfCounts counts() const;
     [[nodiscard]] Outcome<Done> points(std::size_t begin, std::span<Vec<D>> points,
                                        std::span<Reference> references) const;
-    /// K: D, D − 1 or, for feature edges in 3D, 1. Edge nodes are in the order of `local_edges`.
+    /// Reads simplices of dimension K: D, D − 1, or 1 for feature edges in 3D. Edge nodes are in the order of
+    /// `local_edges`.
     template <int K>
     [[nodiscard]] Outcome<Done> simplices(std::size_t begin, std::span<Nodes<K>> nodes,
                                           std::span<Reference> references) const;
-    /// The mesh has only corners, ridges, required entities, directions and CAD associations.
+    /// Returns a mesh that has only corners, ridges, required entities, directions and CAD associations.
     [[nodiscard]] Outcome<LinearMesh<D>> lists() const;
 
   private:
     std::shared_ptr<const gmf::File> file_;
 };
 
-/// Kind of mesh according to the headers. Errors: input.
+/// Dimension and degree that the headers of a binary GMF file state. Errors: input.
 struct GmfShape {
     int dimension = 0, degree = 1;
 };
 [[nodiscard]] Outcome<GmfShape> gmf_shape(std::span<const std::byte> bytes, std::string_view name);
 
-/// The bytes must outlive the result. Errors: input (not GMF, truncated, counts that do not fit), unsupported (text,
-/// another degree or dimension, other elements, control points as nodes).
+/// Locates the blocks of a binary GMF file. `bytes` must outlive the result. Errors: input (not GMF, truncated, counts
+/// that do not fit), unsupported (a text file, another degree or dimension, other elements, nodes that are Bézier
+/// control points).
 template <int D, int Degree = 1>
 [[nodiscard]] Outcome<GmfRuns<D, Degree>> gmf_runs(std::span<const std::byte> bytes, std::string_view name);
 

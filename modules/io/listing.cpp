@@ -1,4 +1,4 @@
-// Checks listed file contents, finds mid nodes, and joins coincident points.
+// Checks the contents of files, finds mid nodes, and joins coincident points.
 module;
 #include <algorithm>
 #include <array>
@@ -97,7 +97,7 @@ template Outcome<Done> reorder<3>(Buffer<std::array<VertexId, 10>>&, const NodeO
 template Outcome<Done> check<2>(const Mesh<2>&, const Execution&);
 template Outcome<Done> check<3>(const Mesh<3>&, const Execution&);
 
-// Assigns mid nodes to edges, and checks that all simplices of a file agree.
+// Mid nodes are assigned to edges. All simplices of a file must agree on them.
 
 namespace {
 
@@ -119,7 +119,6 @@ EdgeId edge_at(const EdgeSet<D>& edges, std::size_t i, int k) {
         return edges.of_edges[i];
 }
 
-/// Calls f(edge, mid node, simplex number) for the edges of quadratic simplices.
 template <int K, int D, class F>
 Outcome<Done> for_each_mid_node(const Simplices<K>& kind, const EdgeSet<D>& edges, const Execution& execution, F&& f) {
     return each(
@@ -146,7 +145,8 @@ Outcome<MidNodes> lowest_mid_nodes(const Mesh<D>& raw, const EdgeSet<D>& edges, 
     return mid;
 }
 
-/// Error: simplex i assigns mid nodes otherwise than an earlier simplex.
+/// Error message: simplex i and an earlier simplex have different mid nodes on an edge, or a mid node on different
+/// edges.
 template <int K, int D>
 auto disagreement(const Mesh<D>& raw, const Simplices<K>& kind, const EdgeSet<D>& edges, const MidNodes& mid,
                   const Renumbering& numbers, std::size_t i) {
@@ -231,7 +231,7 @@ struct PlaceHash {
     }
 };
 
-/// For each point, the first point at its position if that is of another part, else the point itself.
+/// For each point p, the first point at the same position if that point belongs to another part, else p.
 template <int D>
 Buffer<std::uint32_t> partners(const Mesh<D>& mesh, std::span<const std::size_t> ends) {
     std::unordered_map<std::array<double, D>, std::uint32_t, PlaceHash<D>> first;
@@ -284,7 +284,6 @@ void renumber(Mesh<D>& mesh, const Buffer<std::uint32_t>& number) {
     if constexpr (D == 3) of_kind(mesh.edges);
 }
 
-/// Reduces points to `rows`, in this order; `number`: new number of each old point.
 template <int D>
 void select_rows(Mesh<D>& mesh, Buffer<std::uint32_t> rows, const Buffer<std::uint32_t>& number) {
     const auto selected = std::make_shared<Buffer<std::uint32_t>>(std::move(rows));

@@ -22,7 +22,7 @@ namespace camber::listing {
 struct Origin {
     std::string noun = {};
     std::function<std::uint64_t(std::size_t row)> number = {};  ///< number in the file; null: row + 1
-    std::function<std::string(std::size_t row)> place = {};     ///< place in messages; null: the file name
+    std::function<std::string(std::size_t row)> place = {};     ///< position of a row for messages; null: the file name
 
     [[nodiscard]] std::uint64_t number_of(std::size_t row) const { return number ? number(row) : row + 1; }
 };
@@ -31,20 +31,21 @@ template <int Nodes>
 struct Rows {
     Buffer<std::array<VertexId, Nodes>> nodes = {};
     Buffer<Reference> references = {};
-    Buffer<Reference> entities = {};    ///< one for each row (0: unknown), or empty
+    Buffer<Reference> entities = {};  ///< entity of each row (0: unknown), or empty
     Origin origin = {};
 
     [[nodiscard]] std::size_t size() const { return nodes.size(); }
 };
 
-/// Quadratic simplices have nodes in the order of `local_edges`.
+/// Simplices of degree 1 (`straight`) and 2 (`curved`, with nodes in the order of `local_edges`).
 template <int K>
 struct Simplices {
     Rows<K + 1> straight;
     Rows<quadratic_nodes<K>> curved;
     Buffer<std::uint32_t> required = {};
 
-    /// Number of simplices that ridges and required simplices index: the quadratic ones, if there are any.
+    /// Number of simplices to which indices of ridges and required simplices refer: the quadratic ones if there are
+    /// any, else all.
     [[nodiscard]] std::size_t indexed() const { return curved.size() == 0 ? straight.size() : curved.size(); }
 };
 
@@ -60,7 +61,8 @@ struct Mesh {
     Buffer<std::uint32_t> ridges = {};
     InputGeometry<D> geometry = {};
     Buffer<Group> groups = {};
-    /// Rows of points; or of elements, facets, edges, each with degree 2 first.
+    /// Node fields have a row for each point. Cell fields have rows for elements, facets, edges, in each dimension with
+    /// degree 2 first.
     MeshFields fields = {};
     std::function<std::uint64_t(std::size_t point)> number = {};  ///< number in the file; null: point + 1
 
@@ -72,32 +74,30 @@ struct Mesh {
     }
 };
 
-/// Mid nodes are points of the curve or Bézier control points.
 enum class MidNodeKind : std::uint8_t { on_curve, control_point };
 
-/// Builds the mesh; mid nodes move to the edges as described at `decode_gmf_mesh`. Preconditions: those of `check`.
-/// Errors: input (contradictory mid nodes).
+/// Builds the mesh from the content of a file, as described at `decode_gmf_mesh`. Precondition: `check` accepts the
+/// content. Errors: input (simplices disagree on a mid node).
 template <int D>
 [[nodiscard]] Outcome<DecodedMesh> assembled(Mesh<D> mesh, MidNodeKind kind, std::vector<Notice> notices,
                                              const Execution& execution);
 
-/// Checks that coordinates are finite, and that the nodes of a simplex are valid and different points. Errors: input,
-/// for the first fault.
+/// Checks that coordinates are finite, and that the nodes of each simplex exist and are different. Errors: input, for
+/// the first fault.
 template <int D>
 [[nodiscard]] Outcome<Done> check(const Mesh<D>& mesh, const Execution& execution);
 
-/// Number of each node of a file's row in the order of `local_edges`.
+/// For each node of a simplex in a file, its position in the order of `local_edges`.
 template <int K>
 using NodeOrder = std::array<int, quadratic_nodes<K>>;
 
-/// Reorders nodes to the order of `local_edges`.
+/// Brings the nodes of each simplex into the order of `local_edges`. `order`: order in the file.
 template <int K>
 [[nodiscard]] Outcome<Done> reorder(Buffer<std::array<VertexId, quadratic_nodes<K>>>& simplices,
                                     const NodeOrder<K>& order, const Execution& execution);
 
 using camber::mid_node_reference;
 
-/// Calls f(simplices of one dimension) until a call fails.
 template <int D, class F>
 [[nodiscard]] Outcome<Done> for_each_dimension(const Mesh<D>& mesh, F&& f) {
     auto done = f(mesh.elements);
@@ -107,14 +107,14 @@ template <int D, class F>
     return done;
 }
 
-/// Merges points of different parts at exactly the same position; `ends`: end of each part's points. The first point
-/// remains, with its reference and field values. Points of one part stay separate, for example on the two sides of a
-/// slit. Returns the number of removed points.
+/// Merges points of different parts that have exactly the same position. `ends`: number of points up to the end of each
+/// part. The first point remains, with its reference and field values. Points of one part stay separate, for example on
+/// the two sides of a slit. Returns the number of removed points.
 template <int D>
 std::size_t join_coincident(Mesh<D>& mesh, std::span<const std::size_t> ends);
 
-/// Merges points with equal numbers, of which the first one remains, and sorts by number. Returns the number of removed
-/// points.
+/// Merges points with equal `numbers`; the first of them remains. Sorts the points by number, and returns how many were
+/// removed.
 template <int D>
 std::size_t join_numbered(Mesh<D>& mesh, std::span<const double> numbers);
 
@@ -148,29 +148,29 @@ Simplex find_simplex(const Mesh<D>& raw, Accepts&& accepts) {
     return found;
 }
 
-/// Renumbering without mid nodes, in file order.
+/// Numbers of vertices in a mesh without mid nodes; their order is that of the file.
 struct Renumbering {
-    Buffer<std::uint32_t> to_mesh;  ///< mesh vertex of each file vertex; `none` for a mid node
+    Buffer<std::uint32_t> to_mesh;  ///< for each point of the file its vertex in the mesh; `none` for a mid node
     Buffer<std::uint32_t> to_file;
 };
 
-/// Errors: input (a mid node that is also a corner).
+/// Numbers the vertices. Errors: input (a mid node is also a corner).
 template <int D>
 [[nodiscard]] Outcome<Renumbering> without_mid_nodes(const Mesh<D>& raw, const Execution& execution);
 
-/// Builds the mesh of degree 1, with quadratic simplices first, as indices of required simplices and ridges count them.
-/// Moves data out of `raw`; data at mid nodes is dropped with a notice.
+/// Builds the mesh of degree 1. Quadratic simplices come first, because `required` and `ridges` index them in this
+/// order. Moves data out of `raw`; data at mid nodes is dropped with a notice.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> corner_mesh(Mesh<D>& raw, const Renumbering& numbers, const Execution& execution,
                                                  std::vector<Notice>& notices);
 
-/// Mid node of each edge and edge of each mid node: the lowest number, if simplices disagree.
+/// Mid node of each edge, and edge of each mid node. If simplices disagree, the lowest number is stored.
 struct MidNodes {
-    Buffer<std::uint32_t> of_edge;  ///< file vertices, or `none`
-    Buffer<std::uint32_t> edge_of;  ///< by file vertex: an edge, or `none`
+    Buffer<std::uint32_t> of_edge;  ///< for each edge: a point of the file, or `none`
+    Buffer<std::uint32_t> edge_of;  ///< for each point of the file: an edge, or `none`
 };
 
-/// Errors: input (simplices disagree).
+/// Finds the mid nodes of all edges. Errors: input (simplices disagree).
 template <int D>
 [[nodiscard]] Outcome<MidNodes> mid_nodes_of(const Mesh<D>& raw, const EdgeSet<D>& edges, const Renumbering& numbers,
                                              const Execution& execution);
@@ -179,8 +179,8 @@ template <int D>
 
 namespace camber {
 
-/// Nodes and cells in the order of most formats: vertices, edge nodes; elements, facets, feature edges, with nodes in
-/// the order of `local_edges`.
+/// Numbers nodes and cells as most formats do. Nodes: vertices, edge nodes. Cells: elements, facets, feature edges;
+/// their nodes are in the order of `local_edges`.
 template <class Mesh>
 struct Grid;
 
@@ -260,7 +260,6 @@ template <int D>
     return m.elements.size() + m.facets.size() + m.edges.size();
 }
 
-/// Calls f(simplices, row) for a cell; cells count elements, facets, then edges.
 template <int D, class F>
 auto at_cell(const LinearMesh<D>& m, std::size_t c, F&& f) {
     if (c < m.elements.size()) return f(m.elements, c);
@@ -270,7 +269,6 @@ auto at_cell(const LinearMesh<D>& m, std::size_t c, F&& f) {
     return f(m.facets, c);
 }
 
-/// Finds simplices by their vertices in any order.
 template <int K>
 class RowsByVertices {
   public:
@@ -304,7 +302,7 @@ class RowsByVertices {
 
     const Column<SimplexVertices<K>>& simplices_;
     std::size_t vertices_ = 0;
-    Buffer<std::uint32_t> starts_, rows_;  ///< by the simplices' lowest vertex
+    Buffer<std::uint32_t> starts_, rows_;
 };
 
 }  // namespace camber

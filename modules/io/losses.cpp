@@ -97,7 +97,7 @@ constexpr std::string_view plural_of(int dimension) {
     return names[dimension];
 }
 
-/// For example "0 becomes 4, -1 becomes 5 and 3 more".
+/// Returns for example "0 becomes 4, -1 becomes 5 and 3 more".
 std::string listed_changes(const std::map<Reference, Reference>& changes) {
     constexpr std::size_t shown = 4;
     std::string text;
@@ -107,7 +107,6 @@ std::string listed_changes(const std::map<Reference, Reference>& changes) {
     return text + (changes.size() > shown ? " and " + std::to_string(changes.size() - shown) + " more" : "");
 }
 
-/// Adds notices about references and entities that change.
 void note_numbers(int dimension, const Classes& classes, std::vector<Notice>& notices) {
     std::size_t references = 0, entities = 0;
     for (const Class& one : classes.list) {
@@ -126,7 +125,6 @@ void note_numbers(int dimension, const Classes& classes, std::vector<Notice>& no
                            true});
 }
 
-/// Adds notices about associations that the file omits.
 template <int D>
 void note_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& numbers, std::vector<Notice>& notices) {
     const InputGeometry<D>& input = mesh.geometry;
@@ -159,7 +157,6 @@ void note_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& n
             {std::to_string(renumbered) + " vertices are on entities that get a new, positive number", true});
 }
 
-/// Adds a notice about references of vertices that are not point elements in the file.
 template <int D>
 void note_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<Notice>& notices) {
     const auto& references = mesh.point_references;
@@ -206,7 +203,6 @@ const Simplices<2>& triangles_of(const LinearMesh<D>& mesh) {
         return mesh.facets;
 }
 
-/// True if the file restores all triangles and vertices in order.
 bool is_in_order(const Simplices<2>& triangles, std::size_t points, const Written& all) {
     const auto read = welded(all.triangles);
     return read.points.size() == points && read.facets.straight.size() == triangles.size() &&

@@ -18,30 +18,31 @@ import camber.bezier;
 
 export namespace camber {
 
-/// A difference between a file and the decoded mesh: a sentence without a full stop.
+/// A difference between a file and the decoded mesh. The text is a sentence without a full stop.
 struct Notice {
     std::string what;
-    bool is_detail = false;  ///< only for --verbose; no name and no field is lost
+    bool is_detail = false;  ///< printed only with --verbose, because no name and no field is lost
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
 /// The bytes of a file, in parts.
 using Chunks = std::vector<Buffer<std::byte>>;
 
-/// Handling of cells that are not simplices of degree 1 or 2; `refuse`: an error.
+/// Handling of cells that are not simplices of degree 1 or 2.
 enum class UnsupportedCells : std::uint8_t {
     refuse,
-    count,  ///< skips and counts them in `DecodedMesh`
+    count,  ///< skips such cells and counts them
 };
 
 /// Options for reading; a format ignores those that do not apply to it.
 struct DecodeOptions {
-    /// Name of the cell array with the references (VTU, VTK); empty: the first known name.
+    /// Name of the cell array that contains the references (VTU, VTK). Empty: the first array with a known name.
     std::string reference_array = {};
-    /// Zone to read (SU2: number, CGNS: name or number); empty: all, joined into one mesh.
+    /// Zone to read (SU2: number, CGNS: name or number). Empty: all zones, joined into one mesh.
     std::string zone = {};
     UnsupportedCells unsupported_cells = UnsupportedCells::refuse;
-    /// Reads a file for PVTU; the path is relative to the mesh's folder. Null: unavailable.
+    /// Reads another file that a PVTU file names; `path` is relative to the folder of the PVTU file. Null: such files
+    /// cannot be read.
     std::function<Outcome<Buffer<std::byte>>(const std::string& path)> beside = {};
 };
 
@@ -51,10 +52,9 @@ struct CellCount {
     friend bool operator==(const CellCount&, const CellCount&) = default;
 };
 
-/// The values are those of GMF files.
+/// Kinds of fields, with their numbers in GMF files.
 enum class FieldKind { scalar = 1, vector = 2, symmetric_tensor = 3, full_tensor = 4 };
 
-/// `dimension`: 2 or 3.
 [[nodiscard]] constexpr int values_per_vertex(FieldKind kind, int dimension) {
     switch (kind) {
         case FieldKind::scalar: return 1;
@@ -69,8 +69,9 @@ struct Solution {
     int dimension = 3;
     std::vector<FieldKind> fields = {};
     std::size_t rows = 0;
-    Column<double> values = {};     ///< by row, within a row by field; symmetric tensors as in `Sym`
-    bool single_precision = false;  ///< the file has 4-byte reals (version 1); encoders write 8 bytes
+    Column<double> values = {};     ///< for each row the values of all fields; symmetric tensors as in `Sym`
+    bool single_precision = false;  ///< true if the file read has 4-byte reals (version 1); encoders always write 8
+                                    ///< bytes
 
     friend bool operator==(const Solution&, const Solution&) = default;
 };
@@ -87,11 +88,10 @@ struct DecodedSolution {
 };
 
 enum class Centring : std::uint8_t {
-    node,  ///< one row for each vertex, then (degree 2) edge node in the order of the edge set
-    cell,  ///< one row for each element, facet, feature edge
+    node,  ///< a row for each vertex, then (degree 2) for each edge node in the order of the edge set
+    cell,  ///< a row for each element, then for each facet and each feature edge
 };
 
-/// Values, row by row.
 using FieldValues = std::variant<Column<double>, Column<std::int32_t>>;
 
 /// Symmetric tensors are in the order of `Sym`, full tensors row by row.
@@ -107,14 +107,14 @@ struct MeshField {
     friend bool operator==(const MeshField&, const MeshField&) = default;
 };
 
-/// Immutable; names are unique for each centring.
+/// Immutable list of fields. Fields with the same centring have different names.
 class MeshFields {
   public:
     MeshFields() = default;
-    /// Same result as `with` for each field, in the time of a sort.
+    /// Gives the same result as calling `with` for each field, but takes only the time of a sort.
     explicit MeshFields(std::vector<MeshField> fields);
 
-    /// Adds a field, or replaces that with the same name and centring.
+    /// Adds a field. It replaces the field with the same name and centring, if there is one.
     [[nodiscard]] MeshFields with(MeshField field) && {
         for (MeshField& old : fields_)
             if (old.name == field.name && old.centring == field.centring) {
@@ -141,16 +141,16 @@ class MeshFields {
     std::vector<MeshField> fields_;
 };
 
-/// Converts node fields to a solution at the first `vertices` nodes, for a file beside a mesh of this dimension. Cell
-/// fields and values at edge nodes are dropped. Errors: usage (no field at nodes).
+/// Converts node fields to a solution at the first `vertices` nodes. Cell fields and values at edge nodes are dropped.
+/// Errors: usage (there is no node field).
 [[nodiscard]] Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size_t vertices,
                                             const Execution& execution);
 
 /// Surface meshes in space are 3D meshes without elements.
 using AnyMesh = std::variant<Mesh<2>, Mesh<3>>;
 
-/// M is LinearMesh<D> or QuadraticMesh<D>; columns are shared. Errors: unsupported (another dimension or degree, or not
-/// simplices).
+/// Returns the mesh as M, a LinearMesh<D> or QuadraticMesh<D>; columns are shared. Errors: unsupported (another
+/// dimension or degree, or not simplices).
 template <class M>
 [[nodiscard]] Outcome<M> mesh_as(AnyMesh mesh) {
     constexpr int dimension = M::dimension;
@@ -165,19 +165,19 @@ template <class M>
         return as_quadratic(std::move(*same));
 }
 
-/// Data of a flat mesh in space that its 2D form cannot store: see `flattened` and `raised`.
+/// Data of a flat mesh in space that the 2D mesh cannot store; see `flattened` and `raised`.
 struct Lift {
-    double z = 0;                 ///< of all used nodes (model units)
-    Column<double> heights = {};  ///< of vertices, if those of unused ones differ; else empty
-    /// Empty unless a direction leaves the plane.
+    double z = 0;                 ///< z of all used nodes (model units)
+    Column<double> heights = {};  ///< z of each vertex if an unused vertex has another z, else empty
+    /// Empty if all directions lie in the plane.
     DirectionsAtVertices<3> normals = {}, tangents = {};
     friend bool operator==(const Lift&, const Lift&) = default;
 };
 
-/// Tags in the file (Gmsh); empty where they are 1, 2, 3 …
+/// Tags of vertices and simplices in a Gmsh file. A column is empty if the tags are 1, 2, 3 …
 struct FileTags {
     Column<std::uint64_t> vertices;
-    std::array<Column<std::uint64_t>, 4> simplices = {};  ///< tags of simplices, by dimension
+    std::array<Column<std::uint64_t>, 4> simplices = {};
 };
 
 /// Reference of the edge's ends if both agree, else 0.
@@ -186,21 +186,21 @@ struct FileTags {
 struct DecodedMesh {
     AnyMesh mesh;
     std::vector<Notice> notices;
-    /// Quadratic meshes: number in the file (from 1) of each vertex, then of each edge node (0: not in the file), for
-    /// messages; empty if 1, 2, 3 …
+    /// For messages: number in the file, from 1, of each vertex, then of each edge node (0: not in the file), for
+    /// degree 2. Empty: 1, 2, 3 …
     Column<std::uint32_t> node_numbers = {};
     std::optional<Lift> lift = {};  ///< for a flat mesh converted to 2D
     MeshFields fields = {};
-    /// The format has only meshes in space, so a flat mesh means a 2D mesh, not a surface.
+    /// The format has only meshes in space, so a flat mesh stands for a 2D mesh, not for a surface.
     bool is_always_3d = false;
     std::vector<CellCount> unsupported_cells = {};
     FileTags tags = {};
     std::string_view format = {};  ///< name in `mesh_formats()`
 };
 
-// Meshes as arrays in memory: coordinates, and nodes of cells in VTK's order.
+// Meshes as arrays in memory: coordinates of points, and nodes of cells in VTK's order.
 
-/// K-simplices of one degree; nodes count from 0.
+/// K-simplices of one degree. Their nodes are numbers of points, from 0.
 template <int Nodes>
 struct CellArray {
     Column<std::array<VertexId, Nodes>> nodes = {};
@@ -224,38 +224,39 @@ struct MeshArrays {
     std::vector<Group> groups = {};
 };
 
-/// `coordinates`: D for each point. Shares the array if `owner` keeps it alive and unchanged (see Column); copies it if
-/// `owner` is null.
+/// `coordinates`: D numbers for each point. The result shares the array if `owner` keeps it alive and unchanged (see
+/// Column); if `owner` is null, the array is copied.
 template <int D>
 [[nodiscard]] Column<Vec<D>> points_of(std::span<const double> coordinates, std::shared_ptr<const void> owner);
 
-/// Shares columns of degree 1. For degree 2, vertices come first, in their order (see DecodedMesh::node_numbers). Flat
-/// meshes stay in space: see `with_flat_in_2d`. Errors: input (a coordinate that is not finite, a cell with an invalid
-/// or repeated node, contradictory mid nodes).
+/// Builds a mesh, which shares the columns of `arrays` if it has degree 1. For degree 2, vertices come first, in the
+/// order of the points (see DecodedMesh::node_numbers). Flat meshes stay in space; see `with_flat_in_2d`. Errors: input
+/// (a coordinate that is not finite, a cell with an invalid or repeated node, contradictory mid nodes).
 template <int D>
 [[nodiscard]] Outcome<DecodedMesh> mesh_of_arrays(MeshArrays<D> arrays, const Execution& execution);
 
-/// Nodes of quadratic simplices in VTK's order: vertices, then n + edge number; n: number of vertices.
+/// Nodes of quadratic simplices in VTK's order: the vertices, then the edge nodes, whose number is n + number of the
+/// edge. n: number of vertices of the mesh.
 template <int K>
 [[nodiscard]] Buffer<std::array<VertexId, quadratic_nodes<K>>> nodes_of_cells(
     const Column<SimplexVertices<K>>& vertices, const Column<std::array<EdgeId, edges_per_simplex<K>>>& edges,
     std::size_t n);
 
-// Flat meshes have only faces, in one plane z = constant. Programs whose file format is always 3D write 2D meshes in
-// this form. Errors of these functions: memory, stopped, unsupported (nodes inside faces).
+// A flat mesh is a surface mesh in space with faces only, all in one plane z = constant. Programs whose file format is
+// always 3D write 2D meshes in this form. Errors of these functions: memory, stopped, unsupported (nodes inside faces).
 
 struct Flattened {
     Mesh<2> mesh;
     Lift lift;
 };
 
-/// Converts a mesh to 2D if it has faces but no elements and exactly one z for faces and edges; otherwise none. Faces
-/// become elements, edges become facets, to which ridges refer. Orders and orientations are preserved.
+/// Converts a flat mesh to 2D; none if the mesh has elements, has no faces, or if z differs between nodes of faces or
+/// edges. Faces become elements, edges become facets, and ridges refer to these. Orders and orientations are preserved.
 [[nodiscard]] Outcome<std::optional<Flattened>> flattened(const Mesh<3>& mesh, const Execution& execution);
 
-/// Inverse of `flattened`, also for a modified mesh with the same number of vertices.
+/// Converts a 2D mesh back to space. The mesh may have changed since `flattened`, but not its number of vertices.
 [[nodiscard]] Outcome<Mesh<3>> raised(const Mesh<2>& mesh, const Lift& lift, const Execution& execution);
-/// Same; a mesh in space is returned unchanged.
+/// Same for a mesh of any dimension; a mesh in space is returned unchanged.
 [[nodiscard]] Outcome<AnyMesh> raised(const AnyMesh& mesh, const Lift& lift, const Execution& execution);
 
 /// Vectors and tensors get z components of zero.
@@ -263,14 +264,15 @@ struct Flattened {
 
 [[nodiscard]] Outcome<MeshFields> flattened(const MeshFields& fields, const Execution& execution);
 
-/// For each component in space: true for z components.
+/// Returns for each component of a field in space: true for z components.
 [[nodiscard]] std::vector<bool> involves_z(FieldKind kind);
 
-/// Converts a flat mesh and stores its lift. Other meshes stay in space, with a notice if z differs only by rounding.
+/// Converts a flat mesh to 2D and stores its lift. Other meshes stay in space; there is a notice if their z values
+/// differ only by rounding.
 [[nodiscard]] Outcome<DecodedMesh> with_flat_in_2d(DecodedMesh decoded, const Execution& execution);
 
-/// Projects a solution to the plane: vectors lose z; tensors keep the upper left 2 × 2 block (for a metric, lengths in
-/// the plane stay the same). A 2D solution is returned unchanged.
+/// Projects a solution to the plane z = constant. Vectors lose their z component; tensors keep the upper left 2 × 2
+/// block, so that a metric gives the same lengths in the plane. A 2D solution is returned unchanged.
 [[nodiscard]] Outcome<Solution> flattened(Solution solution, const Execution& execution);
 
 }  // namespace camber

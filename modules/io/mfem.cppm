@@ -18,10 +18,12 @@ import :text;
 
 export namespace camber {
 
-/// Decodes "MFEM mesh v1.0", v1.2 or v1.3 (named sets of attributes become names of references). Elements are triangles
-/// (in 2D, or a surface in space) or tetrahedra, with their boundary. The degree is 1, or 2 if `nodes` are an H1 field
-/// of order 2. Attributes become references; vertices have reference 0. Further errors: unsupported (nodes in another
-/// finite element space).
+/// Decodes "MFEM mesh v1.0", v1.2 or v1.3; in v1.3, named sets of attributes become names of references.
+/// - Elements are triangles (in 2D, or a surface in space) or tetrahedra, with their boundary.
+/// - The degree is 1, or 2 if `nodes` are an H1 field of order 2.
+/// - Attributes become references; vertices have reference 0.
+///
+/// Further errors: unsupported (nodes in another finite element space).
 [[nodiscard]] Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name,
                                                const DecodeOptions& options, const Execution& execution);
 [[nodiscard]] inline Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name,
@@ -32,17 +34,17 @@ export namespace camber {
 [[nodiscard]] bool is_mfem(std::span<const std::byte> bytes);
 
 /// Encodes "MFEM mesh v1.0", or v1.3 if references of elements or boundary have names.
-/// - Elements are the tetrahedra; in 2D and for a surface the triangles.
-/// - The boundary is the facets (of a surface the edges) that are faces of elements; MFEM allows no others.
-/// - For degree 2, `nodes` are an H1 field of order 2: vertices, then edges in the order in which elements list them,
-///   in MFEM's order of local edges.
-/// - References that are not positive become the smallest positive numbers that no simplex and no name has.
+/// - Elements are the tetrahedra of the mesh; in 2D and for a surface its triangles.
+/// - The boundary consists of the facets (for a surface: edges) that are faces of elements. MFEM allows no others.
+/// - For degree 2, `nodes` are an H1 field of order 2: vertices first, then edges in the order in which elements list
+///   them. Elements list their edges in MFEM's order of local edges.
+/// - References that are not positive are replaced by the smallest positive numbers that are not in use.
 ///
 /// Errors: unsupported (facets or edges without any element).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution);
 
-/// Lists lost data, also facets that are not faces of elements, and references that change.
+/// Lists lost data, such as facets that are not faces of elements, and references that change.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_mfem(const Mesh<D>& mesh);
 
@@ -55,7 +57,8 @@ inline constexpr std::string_view first_line = "MFEM mesh v1.0", first_line_of_n
 template <int K>
 inline constexpr int geometry = K == 3 ? 4 : K;
 
-/// MFEM's order of edges, as indices in `local_edges`: 01 02 03 12 13 23 in a tetrahedron, 01 12 20 in a triangle.
+/// MFEM's order of local edges, as indices in `local_edges`. The vertices of these edges are 01 02 03 12 13 23 in a
+/// tetrahedron, and 01 12 20 in a triangle.
 template <int K>
 inline constexpr auto edge_order = [] {
     if constexpr (K == 3)
@@ -66,7 +69,7 @@ inline constexpr auto edge_order = [] {
         return std::array{0};
 }();
 
-// Degree 2: edge nodes, which MFEM numbers in the order in which elements list them.
+// Edge nodes of degree 2. MFEM numbers them in the order in which elements list them.
 
 class EdgeNumbers {
   public:
@@ -93,7 +96,7 @@ template <int K>
     return numbers;
 }
 
-/// Drops boundary simplices with an edge that belongs to no element and so has no node. Returns their number.
+/// Drops boundary simplices that have an edge without node, because no element has this edge. Returns their number.
 template <int K>
 std::size_t drop_isolated_boundary(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) {
     std::size_t preserved = 0;
@@ -134,7 +137,7 @@ Outcome<Done> curve(listing::Simplices<K>& simplices, const EdgeNumbers& numbers
     return Done{};
 }
 
-// Word-by-word reading of an MFEM file.
+// Reading of an MFEM file, word by word.
 
 inline constexpr const char* damaged = "the file is cut off or damaged";
 
@@ -152,7 +155,7 @@ struct Source {
     std::string name;
     std::string_view text;
     Words words;
-    bool has_end = false;  ///< the file must have an end line, since version 1.2
+    bool has_end = false;  ///< since version 1.2 the file must end with the line mfem_mesh_end
 
     [[nodiscard]] std::string place(const char* at) const { return line_place(name, text, at); }
     [[nodiscard]] auto fail_at_line(std::string what, std::string remedy = damaged) const {
@@ -173,7 +176,7 @@ struct Source {
         if (!read_number(words, value)) return fail_at_line("the number of " + what + " is missing or malformed");
         return value;
     }
-    /// Reads a number of rows that have at least `min_words` words; checks that the file is large enough.
+    /// Reads a number of rows with at least `min_words` words, and checks that the file is large enough for them.
     [[nodiscard]] Outcome<std::size_t> count(const std::string& what, std::size_t min_words) {
         const auto value = number(what);
         if (!value) return fail(value.error());
@@ -189,7 +192,6 @@ struct Geometry {
     std::size_t vertices;
     const char* plural;
 };
-/// Indexed by MFEM's geometry numbers.
 inline constexpr std::array<Geometry, 8> geometries{{{1, "points"},
                                                      {2, "segments"},
                                                      {3, "triangles"},
@@ -201,7 +203,7 @@ inline constexpr std::array<Geometry, 8> geometries{{{1, "points"},
 
 // Sections of an MFEM file, in their order.
 
-/// Sections before the vertices. Simplices have degree 1.
+/// Content of the sections before the vertices. All simplices have degree 1.
 template <int K>
 struct Topology {
     listing::Simplices<K> elements;
@@ -210,13 +212,13 @@ struct Topology {
     UnsupportedItems refused;
 };
 
-/// Errors: input, unsupported (more rows than 32 bits can number).
+/// Reads the sections before the vertices. Errors: input, unsupported (more rows than 32 bits can number).
 template <int K>
 [[nodiscard]] Outcome<Topology<K>> read_topology(Source& source);
 
 struct NodeField {
     int order = 1, components = 0;
-    bool by_components = false;  ///< Ordering 0: all x, then all y
+    bool by_components = false;  ///< MFEM's Ordering 0: the x of all nodes, then the y of all nodes
 };
 
 struct Vertices {
@@ -225,7 +227,7 @@ struct Vertices {
     bool has_nodes = false;
 };
 
-/// Errors: input, unsupported (another finite element space for nodes).
+/// Reads the begin of the section of vertices. Errors: input, unsupported (nodes in another finite element space).
 [[nodiscard]] Outcome<Vertices> read_vertices_head(Source& source);
 
 template <int D>
@@ -241,7 +243,7 @@ inline constexpr const char* damaged = "the file is cut off or damaged";
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Lines that are not empty, without comments (from % on) and blanks at either end.
+/// Iterates over lines that are not empty. Comments (from % on) and blanks at either end are removed.
 class Lines {
   public:
     explicit Lines(std::string_view text) : rest_(text) {}
@@ -267,7 +269,7 @@ class Lines {
     bool ended_ = true;
 };
 
-/// `KEY= value`; an empty key means a row of numbers.
+/// A line `KEY= value`. The key is empty for a row of numbers.
 struct Entry {
     std::string_view key = {}, value = {};
 };
@@ -277,20 +279,18 @@ struct Entry {
     Words key{line.data(), line.data() + equals}, value{line.data() + equals + 1, line.data() + line.size()};
     const std::string_view name = key.next();
     if (name != "MARKER_TAG") return {name, value.next()};
-    // A marker name is the rest of the line, with any characters.
+    // The name of a marker may have any characters; it extends to the end of the line.
     std::string_view rest = line.substr(equals + 1);
     while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
     return {name, rest};
 }
 
-/// Rows after a keyword, not checked yet.
 struct Block {
     std::size_t count = 0;
     Lines rows{{}};
     std::string tag = {};
 };
 
-/// A zone, or a file without zones.
 struct Zone {
     std::string name;
     std::string_view text;
@@ -311,7 +311,7 @@ struct File {
     bool ended = true;
 };
 
-/// Errors: input (missing rows, duplicate blocks).
+/// Locates the blocks of an SU2 file. Errors: input (rows are missing, a block occurs twice).
 [[nodiscard]] Outcome<File> find_blocks(std::string_view text, std::string_view name);
 
 }  // namespace camber::su2

@@ -17,7 +17,8 @@ namespace camber::mfem {
 
 namespace {
 
-/// Returns a function that finds row i by reading all rows before, which differ in length.
+/// Returns a function that returns the position of row i for messages. It reads all earlier rows, because rows differ
+/// in length.
 auto place_of_rows(const Source& source) {
     return [source](std::size_t row) {
         Words words = source.words;
@@ -31,7 +32,6 @@ auto place_of_rows(const Source& source) {
     };
 }
 
-/// Reads rows `attribute geometry vertices…`; elements of other shapes are counted in `refused`.
 template <int K>
 Outcome<Done> read_rows(Source& source, const std::string& title, const std::string& noun, listing::Rows<K + 1>& rows,
                         UnsupportedItems& refused) {
@@ -69,7 +69,6 @@ Outcome<Done> read_rows(Source& source, const std::string& title, const std::str
     return Done{};
 }
 
-/// Reads a name with or without quotes.
 Outcome<std::string> read_name(Source& source) {
     Words& words = source.words;
     if (!words.find()) return source.fail_at_line("the name of a set is missing");
@@ -212,11 +211,11 @@ listing::Simplices<K>& simplices_of(listing::Mesh<D>& mesh) {
         return mesh.edges;
 }
 
-/// Parallel meshes have another end line and more data here.
+/// Checks the end line. A parallel mesh has another end line and more data, which is dropped with a notice.
 Outcome<Done> read_end(Source& source, std::vector<Notice>& notices) {
     if (source.has_end && !source.words.next().ends_with("mesh_end"))
         return source.fail_at_line("\"mfem_mesh_end\" is missing here");
-    // If nothing follows the last number, it may be truncated.
+    // The last number may be truncated if the file ends with it.
     if (!source.has_end && source.words.at == source.words.end && !is_blank(source.text.back()))
         notices.push_back({"the last line has no end: the file may be cut off within its last number"});
     if (source.words.find()) notices.push_back({"all data after the vertices was left out"});
@@ -231,7 +230,8 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     mesh.name = source.name;
     EdgeNumbers numbers;
     const bool quadratic = vertices.field.order == 2;
-    // Edges are built only if all vertices are valid: larger numbers would collide with numbers of edge nodes.
+    // Edges are numbered only if all vertices exist, because numbers beyond the vertices would collide with those of
+    // edge nodes.
     const auto known = [&](const auto& rows) {
         return std::all_of(rows.nodes.begin(), rows.nodes.end(), [&](const auto& simplex) {
             return std::all_of(simplex.begin(), simplex.end(),
@@ -264,7 +264,8 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
 
-/// Only counts, if some elements are unsupported: then nodes of curved elements cannot be assigned.
+/// Counts all elements without building a mesh: nodes of curved elements cannot be assigned if some elements are
+/// unsupported.
 template <int K>
 DecodedMesh counted(const Topology<K>& topology) {
     DecodedMesh decoded{Mesh<3>{}, {}};

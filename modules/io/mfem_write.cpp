@@ -1,4 +1,4 @@
-// Writes MFEM meshes: boundary, attributes, nodes.
+// Writes MFEM meshes: boundary, attributes and nodes.
 module;
 #include <algorithm>
 #include <array>
@@ -22,7 +22,6 @@ namespace mfem {
 
 namespace {
 
-/// Boundary simplices that are faces of elements, in boundary order.
 template <int K>
 Outcome<Simplices<K - 1>> faces_of(const Simplices<K>& elements, const Simplices<K - 1>& boundary,
                                    const Execution& execution) {
@@ -48,13 +47,11 @@ Outcome<Simplices<K - 1>> faces_of(const Simplices<K>& elements, const Simplices
     return Simplices<K - 1>{std::move(vertices), std::move(references), {}};
 }
 
-/// A reference that is not positive, and its replacement.
 struct Renamed {
     Reference from, to;
     std::size_t count;
 };
 
-/// References of simplices, and references with names.
 struct Referenced {
     const Column<Reference>& references;
     const Column<Group>& groups;
@@ -65,7 +62,8 @@ Referenced referenced(const Simplices<K>& simplices, const Column<Group>& groups
     return {simplices.references, groups, K};
 }
 
-/// Replacements by descending old reference (0, −1 …); new ones are not in use.
+/// Finds references that are not positive (0, −1 …, in this order) and their replacements, which no simplex and no
+/// group has.
 std::vector<Renamed> renamed(const Referenced& input) {
     std::map<Reference, std::size_t, std::greater<>> counts;
     for (const Reference r : input.references)
@@ -91,9 +89,7 @@ std::vector<Renamed> renamed(const Referenced& input) {
 class Attributes {
   public:
     explicit Attributes(const Referenced& input) : renamed_(renamed(input)) {}
-    /// Precondition: a simplex has the reference.
     [[nodiscard]] Reference of(Reference reference) const { return *find(reference); }
-    /// None for a reference ≤ 0 that no simplex has.
     [[nodiscard]] std::optional<Reference> find(Reference reference) const {
         if (reference > 0) return reference;
         const auto found = std::lower_bound(renamed_.begin(), renamed_.end(), reference,
@@ -111,10 +107,9 @@ struct AttributeSet {
     std::vector<Reference> attributes;
 };
 
-/// Names legal in MFEM: on one line, without double quotes.
+/// Groups with names that are legal in MFEM: on one line, without double quotes.
 Column<Group> named(const Column<Group>& groups) { return with_legal_names(groups, {.legal = quotable_name}); }
 
-/// Sets in order of first occurrence of their names.
 std::vector<AttributeSet> sets_of(const Referenced& input) {
     const Attributes attributes(input);
     std::vector<AttributeSet> sets;
@@ -140,7 +135,7 @@ void note_renamed(const Referenced& input, const std::string& what, std::vector<
     notices.push_back({text});
 }
 
-/// Edges in the order in which elements list them: MFEM's order of edge nodes.
+/// Numbers of edges in MFEM's order of edge nodes, which is the order in which elements list them.
 template <int K, class Mesh>
 Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>& elements) {
     const std::size_t vertices = grid.vertices();
@@ -156,7 +151,6 @@ Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>&
     return order;
 }
 
-/// Adds notices about names that are in no set of attributes or change.
 template <int K>
 void note_names(const Column<Group>& groups, const Simplices<K>& elements, const Simplices<K - 1>& boundary,
                 std::vector<Notice>& notices) {
@@ -171,11 +165,10 @@ void note_names(const Column<Group>& groups, const Simplices<K>& elements, const
     for (Notice& notice : renamed_groups(written, named(written), "MFEM")) notices.push_back(std::move(notice));
 }
 
-/// Adds notices about dropped boundary simplices, changed references and names.
 template <int K>
 void note_boundary(const Simplices<K>& elements, const Simplices<K - 1>& listed, const Column<Group>& groups,
                    std::vector<Notice>& notices) {
-    if (listed.references.size() != listed.size()) return;  // the encoder reports the error
+    if (listed.references.size() != listed.size()) return;  // inconsistent columns: the encoder reports this error
     const auto boundary = faces_of(elements, listed, {.threads = 1});
     if (!boundary) return;
     if (const std::size_t lost = listed.size() - boundary->size(); lost > 0)
@@ -289,7 +282,7 @@ Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution) {
 template <int D>
 std::vector<Notice> not_in_mfem(const Mesh<D>& all) {
     const LinearMesh<D> mesh = straight_simplices(all);
-    const bool surface = is_standalone_surface(mesh);  // MFEM treats it as a mesh of dimension 2
+    const bool surface = is_standalone_surface(mesh);  // in MFEM a surface is a mesh of dimension 2
     auto notices =
         unsupported_data(mesh, {.groups = true, .feature_edges = surface, .point_references = false}, "MFEM");
     if constexpr (D == 3)

@@ -19,8 +19,8 @@ import :text;
 export namespace camber {
 
 enum class MshVersion : std::uint8_t {
-    v2,  ///< 2.2: elements list their group and entity; most solvers read it
-    v4,  ///< 4.1: entities list their groups; elements are in blocks by entity
+    v2,  ///< 2.2: each element has its group and entity; most solvers read it
+    v4,  ///< 4.1: each entity has its groups; elements are in blocks, one block for an entity and type
 };
 enum class MshEncoding : std::uint8_t { ascii, binary };
 
@@ -32,12 +32,14 @@ struct MshOptions {
 /// Decodes a Gmsh mesh (.msh, versions 1, 2.0 to 2.2, 4.0 and 4.1, text or binary in either byte order). The mesh is in
 /// space, with z = 0 in 2D. Vertices and simplices are in tag order.
 /// - The reference of a simplex is its first physical tag, without its sign; its entity is Gmsh's. Without physical
-///   groups the references are the entities. The reference of simplices in several groups has all their names; sets of
-///   groups with the same first tag get different references.
+///   groups the references are the entities.
+/// - The reference of simplices in several groups has the names of all these groups. Sets of groups with the same first
+///   tag get different references.
 /// - A node's entity and parameters become an association, except for nodes in volumes and mid nodes.
-/// - Point elements give their node its reference.
-/// - Partitions are joined: their entities are replaced by the parents, and elements between partitions are dropped.
-/// - NodeData and ElementData with a value for each vertex or each simplex become fields.
+/// - A point element gives its node a reference.
+/// - Partitions are joined: an entity of a partition is replaced by the entity that was divided. Elements between
+///   partitions are dropped.
+/// - NodeData and ElementData become fields if they have a value for each vertex or each simplex.
 ///
 /// Notices report omitted data. Further errors: input (missing nodes).
 [[nodiscard]] Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name,
@@ -47,24 +49,26 @@ struct MshOptions {
     return decode_msh(bytes, name, {}, execution);
 }
 
-/// Unsupported versions count as the nearest supported version.
+/// Recognises MSH files of a version and encoding. An unsupported version counts as the nearest supported one.
 [[nodiscard]] bool is_msh(std::span<const std::byte> bytes, MshOptions kind);
 
 /// Encodes the mesh as an MSH file.
-/// - Node tags are 1, 2 … for vertices, then nodes of edges.
-/// - Elements are numbered in the order point elements (vertices on geometric points that have a reference), edges,
-///   facets, elements. Reading the file restores the mesh's order.
-/// - The physical tag of a simplex is its reference, or the first free positive number if that is 0 or negative. Its
-///   entity is the known one, else it has the number of the reference. An entity has simplices of one reference only.
-/// - Nodes (4.1 only) are classified by their association with the point, curve or surface of lowest dimension, else by
-///   the lowest simplices that contain them.
+/// - Node tags are 1, 2 … for vertices, then for edge nodes.
+/// - Elements are numbered in this order: point elements, edges, facets, elements. A vertex is a point element if it is
+///   on a geometric point and has a reference. Reading the file restores the mesh's order.
+/// - The physical tag of a simplex is its reference, or the first free positive number if the reference is not
+///   positive.
+/// - The entity of a simplex is the one that the mesh states, else it has the number of the reference. All simplices of
+///   an entity in the file have the same reference.
+/// - Nodes (4.1 only) are classified on the point, curve or surface of lowest dimension with which they are associated,
+///   else on the entity of the simplices of lowest dimension that contain them.
 ///
 /// Further errors: unsupported (2.2: more nodes or elements than 31 bits can number).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_msh(const Mesh<D>& mesh, const MeshFields& fields, MshOptions options,
                                          const Execution& execution);
 
-/// Lists lost data, also references and entities that change.
+/// Lists lost data, and references and entities that change.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_msh(const Mesh<D>& mesh, MshVersion version);
 
@@ -118,13 +122,13 @@ inline constexpr std::int32_t simplex_type = [] {
     return Nodes == K + 1 ? straight[K - 1] : curved[K - 1];
 }();
 
-/// Position of node i in Gmsh's row: the last two nodes of quadratic tetrahedra are swapped.
+/// Position of node i in Gmsh's row. Gmsh has the last two nodes of quadratic tetrahedra in the opposite order.
 template <int Nodes>
 [[nodiscard]] constexpr int place_in_row(int i) {
     return Nodes == 10 && i >= 8 ? 17 - i : i;
 }
 
-/// A row: integers (of `integer_bytes` bytes in binary files), then 8-byte reals.
+/// A row has integers, then 8-byte reals. `integer_bytes`: bytes of an integer in binary files.
 struct RowShape {
     std::size_t integers = 0, integer_bytes = 4, reals = 0;
     [[nodiscard]] std::size_t words() const { return integers + reals; }
@@ -150,8 +154,8 @@ struct TextRow {
     [[nodiscard]] double real(std::size_t i) const { return reals[i]; }
 };
 
-/// Reads a file from begin to end. Binary numbers are int32, 8-byte counts and tags, and double. Functions return false
-/// if no valid number follows.
+/// Reads a file from begin to end. In binary files, integers have 4 bytes, counts and tags 8, reals are double.
+/// Functions return false if no valid number follows.
 class Source {
   public:
     Source(std::span<const std::byte> bytes, std::string_view name) : bytes_(bytes), name_(name) {}
@@ -164,7 +168,6 @@ class Source {
     [[nodiscard]] std::string_view rest() const { return {reinterpret_cast<const char*>(bytes_.data()) + at_, left()}; }
     [[nodiscard]] const std::string& name() const { return name_; }
 
-    /// `name: line N` or `name: byte N`.
     [[nodiscard]] std::string place() const {
         if (binary) return name_ + ": byte " + std::to_string(at_);
         const auto before =
@@ -175,7 +178,6 @@ class Source {
         return fail(ErrorKind::input, std::move(what), place(), {}, std::move(remedy));
     }
 
-    /// A copy at row i of the table that begins at `begin`.
     [[nodiscard]] Source at_row(std::size_t begin, std::size_t i, RowShape shape) const {
         Source row = *this;
         row.at_ = begin + (binary ? i * shape.bytes() : 0);
@@ -203,7 +205,7 @@ class Source {
         return text.ends_with('\r') ? text.substr(0, text.size() - 1) : text;
     }
 
-    /// Reads a number as text, also in binary files.
+    /// Reads a number that is text even in binary files.
     template <class Number>
     bool text_number(Number& value) {
         const std::string_view text = rest();
@@ -212,7 +214,7 @@ class Source {
         at_ = bytes_.size() - static_cast<std::size_t>(words.end - words.at);
         return read;
     }
-    /// Accepts magnitudes up to 2^31 − 1, which fit 32 bits with either sign.
+    /// Reads an integer of magnitude up to 2^31 − 1, so that its magnitude fits 32 bits too.
     bool integer(std::int64_t& value) {
         const bool read = binary ? packed<std::int32_t>(value) : text_number(value);
         constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
@@ -231,8 +233,8 @@ class Source {
                n <= max_entities;
     }
 
-    /// Calls store(i, row) for n rows; in parallel if the file is binary. Precondition: `has_room` accepted n. Errors:
-    /// input (not a number).
+    /// Calls store(i, row) for n rows, in parallel if the file is binary. Precondition: `can_contain_rows` accepts n.
+    /// Errors: input (not a number).
     template <class Store>
     [[nodiscard]] Outcome<Done> rows(std::size_t n, RowShape shape, const Execution& execution, Store&& store) {
         if (!binary) return text_rows(n, shape, store);
@@ -291,20 +293,20 @@ class Source {
 enum class Generation : std::uint8_t { v1, v2, v40, v41 };
 
 struct FormatLine {
-    std::string version;  ///< "4.1"; "1" for files that begin with $NOD
+    std::string version;  ///< for example "4.1"; "1" for files that begin with $NOD
     bool binary = false;
     long data_size = 0;
-    std::size_t end = 0;  ///< end of the line in the file
+    std::size_t end = 0;  ///< position after the line
 };
 
-/// None if the file is not MSH. Only comments may precede the line.
+/// Finds the line with the version, before which only comments may occur; none if the file is not MSH.
 [[nodiscard]] std::optional<FormatLine> find_format(std::span<const std::byte> bytes);
 
 [[nodiscard]] std::optional<Generation> generation(const FormatLine& format);
 
-/// Name of the next section without `$`; empty at the end. Errors: input (other content).
+/// Moves into the next section and returns its name without `$`; empty at the end of the file. Errors: input (other
+/// content).
 [[nodiscard]] Outcome<std::string> next_section(Source& source);
-/// Reads a section's last line. Errors: input (other content).
 [[nodiscard]] Outcome<Done> end_section(Source& source, std::string_view name);
 [[nodiscard]] Outcome<Done> skip_section(Source& source, std::string_view name);
 

@@ -31,42 +31,41 @@ struct EntityKey {
     friend auto operator<=>(const EntityKey&, const EntityKey&) = default;
 };
 
-/// Data of an entity in $Entities or $PartitionedEntities.
 struct EntityInfo {
     Reference physical = 0;              ///< first physical tag without its sign; 0: none
     std::vector<Reference> others = {};  ///< further physical tags without signs
     bool of_partition = false;
-    EntityKey parent = {};  ///< for a partition's entity: the entity that was divided
+    EntityKey parent = {};  ///< entity that was divided, for an entity of a partition
 };
 
 struct NodeBlock {
     EntityKey entity;
-    std::size_t begin = 0, end = 0;  ///< rows in `Nodes`
-    int parameters = 0;              ///< parameters of each node
+    std::size_t begin = 0, end = 0;  ///< range of rows in `Nodes`
+    int parameters = 0;              ///< number of parameters of each node
     std::size_t first_parameter = 0;
 };
 
 struct Nodes {
     Buffer<std::uint64_t> tags;
     Buffer<Vec<3>> points;
-    Buffer<std::uint32_t> vertex_of;  ///< by file row: position in tag order; empty if rows are in order
+    Buffer<std::uint32_t> vertex_of;  ///< for each row of the file its position in tag order; empty if these are equal
     std::vector<NodeBlock> blocks;
     Buffer<double> parameters;
     TagIndex index;
     bool listed = false;
 };
 
-/// Entities and tags are by block in version 4, by row in version 2.
+/// K-simplices with N nodes. Entities and tags are stored for each row in version 2, for each block in version 4.
 template <int K, int N>
 struct Elements {
     static constexpr int dimension = K, width = N;
     Buffer<std::uint64_t> tags;
-    Buffer<std::array<VertexId, N>> nodes;  ///< in the order of `local_edges`; invalid if missing
+    Buffer<std::array<VertexId, N>> nodes;  ///< in the order of `local_edges`; an id is invalid if the file has no such
+                                            ///< node
     Buffer<Reference> physicals, entities;
-    Buffer<std::uint32_t> further;  ///< by row: `TagSets` number of the tags after the first
+    Buffer<std::uint32_t> further;  ///< for each row: number in `TagSets` of the set of its further tags
 };
 
-/// Sets of physical tags; number 0 is the empty set.
 struct TagSets {
     std::vector<std::vector<Reference>> list{{}};
     std::map<std::vector<Reference>, std::uint32_t> numbers{{{}, 0}};
@@ -78,7 +77,6 @@ struct TagSets {
     }
 };
 
-/// Elements of one type on one entity.
 struct ElementBlock {
     std::int32_t type = 0;
     EntityKey entity;
@@ -93,7 +91,7 @@ struct Field {
     Buffer<double> values;
 };
 
-/// For groups without a dimension, which get that of their elements.
+/// Dimension of groups in files that state none. Later it is replaced by that of the group's elements.
 inline constexpr int unknown_dimension = -1;
 
 struct File {
@@ -102,18 +100,19 @@ struct File {
                Elements<3, 10>>
         elements;
     std::map<EntityKey, EntityInfo> entities;
-    std::vector<ElementBlock> blocks;  ///< version 4 only
+    std::vector<ElementBlock> blocks;  ///< for version 4 only
     bool elements_listed = false;
     std::vector<Group> groups;
     TagSets further_groups;
     std::vector<Field> fields;
-    std::map<std::pair<bool, std::string>, std::size_t> field_rows;  ///< index in `fields`, by `of_nodes` and name
+    std::map<std::pair<bool, std::string>, std::size_t> field_rows;  ///< index in `fields` for each pair (`of_nodes`,
+                                                                     ///< name)
     std::map<std::string, std::size_t> skipped;
     std::map<std::int32_t, std::uint64_t> refused;
-    std::size_t partitioned = 0;  ///< partitioned elements (version 2) or entities (version 4)
+    std::size_t partitioned = 0;  ///< number of partitioned elements (version 2) or entities (version 4)
     std::size_t skipped_steps = 0;
-    std::size_t trailing_bytes = 0;  ///< bytes after the last section
-    bool by_row = false;             ///< tags and entities are by row: version 2
+    std::size_t trailing_bytes = 0;
+    bool by_row = false;             ///< true for version 2, see Elements
 };
 
 template <class F>
@@ -137,21 +136,21 @@ auto with_elements(File& file, std::int32_t type, F&& f) {
 [[nodiscard]] inline auto cut_off(const Source& source, const char* section) {
     return source.error(std::string(section) + ": a valid number is missing here", "the file is cut off or damaged");
 }
-/// Tag without its sign, which only means an orientation.
+/// Returns a tag without its sign, which only states an orientation.
 [[nodiscard]] constexpr Reference magnitude(std::int64_t tag) {
     constexpr std::int64_t most = std::numeric_limits<Reference>::max();
     tag = std::clamp(tag, -most, most);
     return static_cast<Reference>(tag < 0 ? -tag : tag);
 }
 
-/// `tags`: node tags of the table at `begin`. Errors: input.
+/// Checks that tags of nodes are positive. `begin`: position of their table. Errors: input.
 [[nodiscard]] Outcome<Done> check_positive(const Source& source, std::size_t begin, RowShape shape,
                                            std::span<const std::uint64_t> tags);
 
-/// Sorts nodes by tag and builds the index of tags. Errors: input (duplicate tag).
+/// Sorts nodes by tag and builds the index of tags. Errors: input (a tag occurs twice).
 [[nodiscard]] Outcome<Done> order_nodes(const Source& source, Nodes& nodes);
 
-/// These functions read a section without its first and last line.
+/// These functions read a section between its first and last line.
 [[nodiscard]] Outcome<Done> read_nodes_2(Source& source, bool parametric, Nodes& nodes, const Execution& execution);
 [[nodiscard]] Outcome<Done> read_elements_2(Source& source, File& file, const Execution& execution);
 [[nodiscard]] Outcome<Done> read_elements_1(Source& source, File& file);
@@ -161,40 +160,39 @@ auto with_elements(File& file, std::int32_t type, F&& f) {
 [[nodiscard]] Outcome<Done> read_names(Source& source, File& file);
 [[nodiscard]] Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Execution& execution);
 
-/// Errors: those of `decode_msh`; unsupported elements are only counted.
+/// Reads all sections. Errors: those of `decode_msh`, but unsupported elements are only counted.
 [[nodiscard]] Outcome<File> read_file(Source& source, Generation version, const Execution& execution);
 
-/// Fields with a value for each node or each cell (elements, facets, edges, each with degree 2 first). Notices report
-/// the others.
+/// Fields that have a value for each node or each cell; notices report the others. Cells are elements, facets, edges,
+/// in each dimension with degree 2 first.
 [[nodiscard]] MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags,
                                    std::vector<Notice>& notices);
 
-/// Sets a group's unknown dimension to the highest one of its elements; removes groups without elements.
+/// Groups of unknown dimension get the highest dimension of their elements. Groups without elements are removed.
 void find_dimensions(const File& file, Buffer<Group>& groups);
-/// Called if references are entity tags, to which group names do not apply.
+/// Drops the names of groups if references are entity tags, because the names belong to physical tags.
 void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices);
-/// Concatenates tags; empty if they are 1, 2, 3 …
 [[nodiscard]] Column<std::uint64_t> explicit_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts);
-/// `nodes`: tags of all nodes in the file.
+/// Tags of the mesh's vertices; empty if they are 1, 2, 3 … `nodes`: tags of all nodes in the file.
 [[nodiscard]] Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes);
 
 [[nodiscard]] Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution& execution);
 
-// Physical tags and entities that simplices and vertices get in an MSH file.
+// Physical tags and entities of simplices and vertices in an MSH file.
 
-/// Simplices with the same dimension, entity and reference.
+/// All simplices of one dimension with this entity and reference.
 struct Class {
     Reference entity = 0, reference = 0;
     std::size_t count = 0;
-    Reference tag = 0, physical = 0;  ///< tags in the file, positive; physical 0: no group
+    Reference tag = 0, physical = 0;  ///< positive numbers in the file; `physical` 0: in no group
 };
 
 struct Classes {
     std::vector<Class> list;
     Buffer<std::uint32_t> of;
-    /// New numbers of references and entities that are not positive.
+    /// Replacements of references and of entities that are not positive.
     std::map<Reference, Reference> physical_of, tag_of;
-    std::set<Reference> tags;  ///< entity tags in use
+    std::set<Reference> tags;  ///< tags of all entities in the file
 
     [[nodiscard]] Reference physical(Reference reference) const {
         return reference > 0 ? reference : physical_of.at(reference);
@@ -202,31 +200,32 @@ struct Classes {
     [[nodiscard]] Reference tag(Reference entity) const { return entity > 0 ? entity : tag_of.at(entity); }
 };
 
-/// Treatment of reference 0.
+/// Treatment of reference 0 without a name.
 enum class Unnumbered : std::uint8_t {
-    grouped,     ///< a free number, as for negative ones
-    in_no_group  ///< no group, unless 0 has a name
+    grouped,     ///< it gets a free number, like negative references
+    in_no_group  ///< its simplices are in no group
 };
 
-/// `entities`: one for each simplex, or empty. `named`: references of groups. `places`: entities of vertices.
+/// `entities`: one for each simplex, or empty. `named`: references of groups. `places`: entities with which vertices
+/// are associated.
 [[nodiscard]] Classes classes_of(std::span<const Reference> references, std::span<const Reference> entities,
                                  std::span<const Reference> named, std::span<const Reference> places,
                                  Unnumbered unnumbered = Unnumbered::grouped);
 
-/// The only association of a vertex that the file can store.
+/// Association of a vertex in the file, which can store only one.
 struct Place {
     int dimension = 3;      ///< dimension of the entity; 3: no association
-    std::uint32_t row = 0;  ///< row in the associations of this dimension
+    std::uint32_t row = 0;  ///< row among the associations of this dimension
 };
 
-/// First association of each vertex with an entity of the lowest dimension; empty without associations.
+/// For each vertex its first association with an entity of the lowest dimension; empty if the mesh has no associations.
 template <int D>
 [[nodiscard]] Buffer<Place> places_of(const LinearMesh<D>& mesh);
 
 struct Numbers {
     Buffer<Place> places;
     std::vector<Classes> of_dimension;
-    Buffer<std::uint32_t> points;  ///< vertices that are point elements, ascending
+    Buffer<std::uint32_t> points;  ///< ascending numbers of vertices that are point elements
 };
 template <int D>
 [[nodiscard]] Numbers numbers_of(const LinearMesh<D>& mesh);
@@ -238,7 +237,6 @@ template <int D>
     return mesh.geometry.on_surfaces[place.row].entity;
 }
 
-/// Calls f(dimension, simplices) for ascending dimensions.
 template <int D, class F>
 void with_each_dimension(const LinearMesh<D>& mesh, F&& f) {
     if constexpr (D == 3) f(std::integral_constant<int, 1>{}, mesh.edges);
@@ -246,16 +244,17 @@ void with_each_dimension(const LinearMesh<D>& mesh, F&& f) {
     f(std::integral_constant<int, D>{}, mesh.elements);
 }
 
-// Simplices in several physical groups. In a file, a simplex may be in any number of groups, each with a tag. In a
-// mesh, a simplex has one reference, and a reference may have the names of several groups. Its main name is that of the
-// first group in `LinearMesh::groups` with this reference. A name's tag is the lowest reference with this main name.
+// Simplices in several physical groups. In a file, a simplex may be in any number of groups, and each group has a tag.
+// In a mesh, a simplex has one reference, and a reference may have the names of several groups. Its main name is that
+// of the first group in `LinearMesh::groups` with this reference. The tag of a name is the lowest reference with this
+// main name.
 
-/// Replaces first tags by references, so that each set of tags has its own reference. Among sets with the same first
-/// tag, the lowest keeps it; each other set gets a number above all tags. Adds names of further groups to `groups`; an
-/// unnamed group that shares simplices with another gets a name.
+/// Replaces first tags by references, so that each set of tags has its own reference. If sets have the same first tag,
+/// the lexicographically lowest set keeps it, and the others get numbers above all tags. Adds the names of all groups
+/// of a set to `groups`; an unnamed group that shares simplices with another gets a name.
 void assign_references(File& file, Buffer<Group>& groups, std::vector<Notice>& notices);
 
-/// Names are in quotes on one line, possibly empty.
+/// Rule for names: on one line and without double quotes; empty names are allowed.
 [[nodiscard]] inline NameRule name_rule() { return {.legal = quotable_name, .unnamed = {}}; }
 [[nodiscard]] inline FieldNames field_names() { return {name_rule(), name_rule()}; }
 
@@ -269,14 +268,14 @@ class GroupTags {
   public:
     GroupTags(const Column<Group>& groups, const Numbers& numbers);
 
-    /// Named groups; each tag occurs once.
     [[nodiscard]] const std::vector<NamedTag>& named() const { return named_; }
-    /// Physical tags, the main tag first; empty if in no group.
+    /// Physical tags of a class, the main tag first; empty if it is in no group.
     [[nodiscard]] std::vector<Reference> of(int dimension, const Class& simplices) const;
 
   private:
     std::vector<NamedTag> named_;
-    std::map<std::pair<int, Reference>, std::vector<Reference>> of_several_;  ///< for references with several names
+    std::map<std::pair<int, Reference>, std::vector<Reference>> of_several_;  ///< tags of references that have several
+                                                                              ///< names
 };
 
 [[nodiscard]] std::vector<Reference> main_tags(const GroupTags& groups, const Numbers& numbers, int dimension);
@@ -284,26 +283,24 @@ class GroupTags {
 struct FileEntity {
     int dimension = 0;
     Reference tag = 0;
-    std::vector<Reference> physicals = {};  ///< physical tags; empty without group or simplices
+    std::vector<Reference> physicals = {};  ///< tags of its groups; empty if it has no simplices or no group
     Box<3> box = {};
 };
 
-/// Items by group; their order within a group is preserved.
+/// Items sorted by group. The order of items within a group is preserved.
 struct Grouped {
     Buffer<std::uint32_t> items;
-    std::vector<std::size_t> starts;  ///< begin of each group, and the end
+    std::vector<std::size_t> starts;  ///< begin of each group in `items`, then the end of the last
 };
 
-/// Entities of nodes and simplices in version 4.
 struct Layout {
-    std::vector<FileEntity> entities;  ///< by dimension, then by tag
-    /// Entity of each class, by dimension; dimension 0: point elements.
+    std::vector<FileEntity> entities;
+    /// For each dimension and class, the index of its entity. Point elements have dimension 0.
     std::array<std::vector<std::uint32_t>, 4> entity_of_class;
-    /// Entity e has group 2 e, and 2 e + 1 for nodes with parameters.
+    /// Nodes of entity e without parameters are group 2 e, those with parameters group 2 e + 1.
     Grouped nodes;
 };
 
-/// Groups items 0 to n − 1 by group_of(item) < `groups`.
 [[nodiscard]] Grouped grouped(std::size_t n, std::size_t groups, const auto& group_of) {
     Grouped result{Buffer<std::uint32_t>(n), std::vector<std::size_t>(groups + 1, 0)};
     for (std::size_t i = 0; i < n; ++i) ++result.starts[group_of(i) + 1];
@@ -317,7 +314,6 @@ template <class Mesh>
 [[nodiscard]] Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const GroupTags& groups,
                                         const Execution& execution);
 
-/// These functions write names of physical groups, if any, and entities.
 void put_names(const GroupTags& groups, Sink& sink);
 void put_entities(const Layout& layout, Sink& sink);
 

@@ -27,7 +27,6 @@ using Tags = std::vector<Reference>;
 
 constexpr std::array<std::string_view, 4> plurals{"points", "edges", "triangles", "tetrahedra"};
 
-/// Calls f for the elements of both degrees.
 template <int K, class Elements, class F>
 void with_rows_of(Elements& all, F&& f) {
     const auto visit = [&](auto& elements) {
@@ -36,7 +35,6 @@ void with_rows_of(Elements& all, F&& f) {
     std::apply([&](auto&... elements) { (visit(elements), ...); }, all);
 }
 
-/// First physical tag, and number of the set of other tags.
 using Key = std::pair<Reference, std::uint32_t>;
 template <class Elements>
 Key key_of(const Elements& elements, std::size_t row) {
@@ -49,7 +47,6 @@ Tags tags_of(const File& file, Key key) {
     return tags;
 }
 
-/// Number of simplices with each tag set.
 template <int K>
 std::map<Tags, std::size_t> sets_of(const File& file) {
     std::map<Key, std::size_t> counts;
@@ -61,7 +58,7 @@ std::map<Tags, std::size_t> sets_of(const File& file) {
     return sets;
 }
 
-/// The number above all used ones, or the smallest unused one if 32 bits have no larger number.
+/// Returns one more than the largest used number. If that exceeds 32 bits, returns the smallest unused number.
 Reference next_number(std::set<Reference>& used) {
     Reference next = 1;
     if (used.empty() || *used.rbegin() < std::numeric_limits<Reference>::max())
@@ -81,7 +78,7 @@ class Assignment {
         for (const auto& [tags, count] : sets) used.insert(tags.begin(), tags.end());
         for (const Group& group : groups)
             if (group.dimension == dimension) used.insert(group.reference);
-        for (const auto& [tags, count] : sets) {  // tag sets in lexicographical order
+        for (const auto& [tags, count] : sets) {  // sets of tags in lexicographical order
             const bool is_lowest = taken.insert(tags.front()).second;
             references_[tags] = is_lowest ? tags.front() : next_number(used);
             if (!is_lowest) report_conflict(tags, count, references_[tags]);
@@ -161,7 +158,7 @@ GroupTags::GroupTags(const Column<Group>& groups, const Numbers& numbers) {
     const auto number = [&](const Numbered& key) {
         return numbers.of_dimension[static_cast<std::size_t>(key.first)].physical(key.second);
     };
-    for (const auto& [key, all] : names) {  // ascending references
+    for (const auto& [key, all] : names) {  // in ascending order of references
         used[static_cast<std::size_t>(key.first)].insert(number(key));
         tags.try_emplace({key.first, all.front()}, number(key));
     }
@@ -249,7 +246,8 @@ class LayoutBuilder {
         return static_cast<std::uint32_t>(found - layout_.entities.begin());
     }
 
-    /// Assigns nodes to the simplices' entity, unless they are on one of lower dimension; extends the entity's box.
+    /// Assigns the nodes of simplices to the entity of their simplex, unless they are already on an entity of lower
+    /// dimension. Extends the entity's box.
     template <int K>
     Outcome<Done> enter(const Simplices<K>& simplices) {
         const auto& of = numbers_.of_dimension[K].of;
@@ -292,7 +290,6 @@ class LayoutBuilder {
         for (std::size_t i = 0; i < numbers_.points.size(); ++i)
             put(numbers_.points[i], layout_.entity_of_class[0][points.of[i]]);
     }
-    /// Puts unused vertices without association on the first volume.
     void classify_unused_vertices() {
         if (std::find(where_.begin(), where_.end(), no_row) == where_.end()) return;
         const std::uint32_t volume = row_of(3, 1);
@@ -317,7 +314,7 @@ class LayoutBuilder {
     const GroupTags& groups_;
     const Execution& execution_;
     Layout layout_;
-    Buffer<std::uint32_t> where_;  ///< entity of each node
+    Buffer<std::uint32_t> where_;
     std::mutex boxes_;
 };
 

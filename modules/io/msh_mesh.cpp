@@ -26,7 +26,7 @@ struct Counts {
     std::size_t between_partitions = 0, physicals = 0, degenerate_lines = 0;
 };
 
-/// The entity of an element; for a partition's entity its parent.
+/// Entity and physical tags of an element. In a partition, the entity is the one that was divided.
 struct Owner {
     EntityKey entity;
     Reference physical = 0;
@@ -46,7 +46,6 @@ Owner owner_of(const File& file, EntityKey key) {
     return owner;
 }
 
-/// Sorted unique tags, without `first` and 0.
 std::vector<Reference> without(Reference first, std::vector<Reference> tags) {
     std::sort(tags.begin(), tags.end());
     tags.erase(std::unique(tags.begin(), tags.end()), tags.end());
@@ -54,7 +53,6 @@ std::vector<Reference> without(Reference first, std::vector<Reference> tags) {
     return tags;
 }
 
-/// Copies tags and entities from blocks to rows; marks rows between partitions in `dropped`.
 template <int K, int N>
 void store_by_row(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
     elements.physicals.resize(elements.tags.size());
@@ -78,7 +76,8 @@ void store_by_row(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dr
     }
 }
 
-/// True if b repeats a: version 2 repeats a simplex for each further group, reversed if that has the reversed entity.
+/// True if row b is the simplex of row a in another group. Version 2 repeats a simplex for each further group; the
+/// nodes are in reversed order if the group has the reversed entity.
 template <int K, int N>
 bool is_repetition(const Elements<K, N>& elements, std::size_t a, std::size_t b) {
     if (elements.entities[a] != elements.entities[b] || elements.physicals[a] == elements.physicals[b]) return false;
@@ -95,7 +94,8 @@ bool has_repetitions(const Elements<K, N>& elements) {
     return false;
 }
 
-/// Rows to preserve, in tag order; none if all remain in file order. A repeated row adds its group to the first one.
+/// Returns the rows to preserve, in tag order; none if all rows are preserved and already in order. The group of a
+/// repeated simplex is added to its first row.
 template <int K, int N>
 std::optional<Buffer<std::uint32_t>> selected_rows(File& file, Elements<K, N>& elements,
                                                    const Buffer<std::uint8_t>& dropped) {
@@ -117,7 +117,7 @@ std::optional<Buffer<std::uint32_t>> selected_rows(File& file, Elements<K, N>& e
     return selected;
 }
 
-/// Drops lines from a node to itself, which Gmsh writes for curves of length zero.
+/// Drops lines with twice the same node, which Gmsh writes for curves of length zero.
 template <int N>
 void drop_degenerate(const Elements<1, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
     for (std::size_t i = 0; i < elements.tags.size(); ++i) {
@@ -163,7 +163,7 @@ listing::Rows<N> rows_of(Elements<K, N>& elements, bool has_groups) {
             {simplex_name<K>, [tags](std::size_t row) { return (*tags)[row]; }, {}}};
 }
 
-/// Associations of nodes; mid nodes without parameters have none.
+/// Collects associations of nodes. A mid node has an association only if it has parameters.
 class Places {
   public:
     Places(const File& file, const listing::Mesh<3>& mesh) : file_(file), known_(mesh.points.size(), std::uint8_t{0}) {
@@ -234,7 +234,6 @@ class Places {
     Buffer<Association<2>> on_surfaces_;
 };
 
-/// Errors: input (a missing node).
 Outcome<Done> add_points(const File& file, listing::Mesh<3>& mesh, Places& places) {
     const Elements<0, 1>& points = std::get<0>(file.elements);
     for (std::size_t i = 0; i < points.tags.size(); ++i) {
@@ -248,7 +247,6 @@ Outcome<Done> add_points(const File& file, listing::Mesh<3>& mesh, Places& place
     return Done{};
 }
 
-/// Mid nodes without a reference get that of their edge's ends.
 void set_mid_node_references(const listing::Mesh<3>& mesh, Buffer<Reference>& references) {
     const auto append = [&]<int K>(const listing::Simplices<K>& kind) -> Outcome<Done> {
         for (const auto& nodes : kind.curved.nodes)

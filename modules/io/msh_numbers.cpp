@@ -52,7 +52,8 @@ void find_classes(std::span<const Reference> references, std::span<const Referen
     }
 }
 
-/// Positive references are physical tags. Others get free tags, 0 first; 0 may mean no group.
+/// Positive references are physical tags. Other references get free numbers in the order 0, −1 …; reference 0 may be in
+/// no group.
 void number_references(std::span<const Reference> named, Unnumbered unnumbered, Classes& classes) {
     std::set<Reference> used;
     std::set<Reference, std::greater<>> others;
@@ -71,17 +72,19 @@ void number_references(std::span<const Reference> named, Unnumbered unnumbered, 
     for (Class& one : classes.list) one.physical = classes.physical(one.reference);
 }
 
-/// If classes have the same positive entity, the one with the lowest physical tag gets its number. Without entity, a
-/// class gets its physical tag if no other class has it. Others get free numbers.
+/// Gives each class an entity number that no class with another physical tag has. A class requests its positive entity,
+/// or its physical tag if it has no entity. If several request a number, the class with the lowest physical tag gets
+/// it, and the others get free numbers.
 void number_entities(std::span<const Reference> places, Classes& classes) {
     std::vector<Class*> order;
     order.reserve(classes.list.size());
     for (Class& one : classes.list) order.push_back(&one);
-    const auto rank = [](const Class* one) {  // first positive entities, then unknown, then negative ones
+    const auto rank = [](const Class* one) {  // classes with a positive entity come first, then those without, then
+                                              // negative ones
         return std::tuple(one->entity > 0 ? 0 : 1, one->entity > 0 ? one->entity : -(one->entity + 1), one->physical);
     };
     std::sort(order.begin(), order.end(), [&](const Class* a, const Class* b) { return rank(a) < rank(b); });
-    std::map<Reference, Reference> physical_on;  // physical tag of each entity with simplices
+    std::map<Reference, Reference> physical_on;  // for each entity with simplices, its physical tag
     const auto takes = [&](Class& one, Reference tag) {
         const bool is_free = tag > 0 && physical_on.try_emplace(tag, one.physical).first->second == one.physical;
         if (is_free) one.tag = tag;
@@ -160,7 +163,8 @@ Numbers numbers_of(const LinearMesh<D>& mesh) {
     numbers.of_dimension[0] = points_of(mesh, named[0], on[0], numbers);
     with_each_dimension(mesh, [&](auto dimension, const auto& simplices) {
         constexpr auto k = static_cast<std::size_t>(dimension());
-        // Solvers need groups of the simplices that they integrate over, so curves in a tetrahedral mesh need none.
+        // Solvers need groups of the simplices that they integrate over: volumes and their boundary, but not curves in
+        // a tetrahedral mesh.
         const bool is_beside_volumes = k < D - 1 && mesh.elements.size() > 0;
         const auto unnumbered = is_beside_volumes ? Unnumbered::in_no_group : Unnumbered::grouped;
         numbers.of_dimension[k] =

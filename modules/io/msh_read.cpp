@@ -49,7 +49,7 @@ std::optional<FormatLine> find_format(std::span<const std::byte> bytes) {
 }
 
 std::optional<Generation> generation(const FormatLine& format) {
-    // The version may have more digits, as in 2.200000.
+    // The version is compared as a number, because it may have more digits, as in 2.200000.
     Words words{format.version.data(), format.version.data() + format.version.size()};
     double version = 0;
     if (!read_number(words, version)) return std::nullopt;
@@ -63,7 +63,6 @@ std::optional<Generation> generation(const FormatLine& format) {
 
 namespace {
 
-/// Last line of a section; in version 1 in upper case.
 std::string last_line(std::string_view name) {
     const bool is_upper_case = name == "NOD" || name == "ELM";
     return (is_upper_case ? "$END" : "$End") + std::string(name);
@@ -116,7 +115,6 @@ namespace {
 
 constexpr const char* remedy = "gmsh FILE -save -format msh41 -o NEW.msh";
 
-/// Reads a number 1, which shows the byte order.
 Outcome<Done> read_byte_order(Source& source) {
     std::int64_t one = 0;
     for (const bool swapped : {false, true}) {
@@ -173,7 +171,6 @@ Outcome<Done> read_elements(Source& source, Generation version, File& file, cons
     return read_elements_4(source, version, file, execution);
 }
 
-/// Reads a section except for its last line; false if the section is not supported.
 Outcome<bool> read_section(Source& source, Generation version, std::string_view name, File& file,
                            const Execution& execution) {
     const auto yes = [](Done) { return true; };

@@ -15,7 +15,7 @@ namespace camber::msh {
 
 namespace {
 
-/// The count is text even in binary files, and cannot exceed the number of bytes.
+/// Reads a count, which is text even in binary files and cannot exceed the number of remaining bytes.
 bool read_count(Source& source, std::size_t& count) {
     std::int64_t number = 0;
     if (!source.text_number(number) || number < 0) return false;
@@ -36,7 +36,7 @@ bool read_tag(Source& source, std::uint64_t& tag) {
     return true;
 }
 
-/// The row's length depends on the entity's dimension.
+/// Reads a node of $ParametricNodes; its number of parameters depends on the entity's dimension.
 bool read_parametric_node(Source& source, std::size_t i, Nodes& nodes) {
     if (!read_tag(source, nodes.tags[i]) || static_cast<std::int64_t>(nodes.tags[i]) < 1) return false;
     for (int c = 0; c < 3; ++c)
@@ -79,7 +79,6 @@ void grow(auto& elements, std::size_t n) {
     elements.entities.resize(size);
 }
 
-/// Elements of one type with the same number of tags; in text files only one.
 Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Execution& execution) {
     const ElementType* const type = find_type(head.type);
     if (!type) return unknown_type(source, head.type);
@@ -116,7 +115,7 @@ void enter_line(const ElementType& type, std::size_t tags, const TextRow& row, F
     });
 }
 
-/// A line: tag, type, number of tags, tags, nodes.
+/// Reads a line: tag, type, number of tags, tags, nodes.
 Outcome<Done> read_line(Source& source, File& file, TextRow& row) {
     Head head;
     std::int64_t tag = 0;
@@ -135,7 +134,7 @@ Outcome<Done> read_line(Source& source, File& file, TextRow& row) {
     return Done{};
 }
 
-/// A line of version 1: tag, type, group, entity, number of nodes, nodes.
+/// Reads a line of version 1: tag, type, group, entity, number of nodes, nodes.
 Outcome<Done> read_old_line(Source& source, File& file, TextRow& row) {
     std::int64_t tag = 0, kind = 0, nodes = 0;
     if (!source.text_number(tag) || !source.text_number(kind)) return cut_off(source, "$ELM");
@@ -222,7 +221,6 @@ struct DataHead {
     std::size_t components = 0, rows = 0;
 };
 
-/// Reads a count, and calls take() as many times.
 template <class Take>
 bool read_tags(Source& source, Take&& take) {
     std::int64_t n = 0;
@@ -268,7 +266,7 @@ Outcome<Done> read_names(Source& source, File& file) {
         dimension = tag;
         source.skip_blanks();
         if (source.rest().starts_with('"'))
-            dimension = unknown_dimension;  // versions before 2.1 have no dimension
+            dimension = unknown_dimension;  // before version 2.1, files have no dimensions of groups
         else if (!source.text_number(tag))
             return cut_off(source, "$PhysicalNames");
         Group group{static_cast<int>(dimension), magnitude(tag), unquoted(source.line())};

@@ -20,7 +20,6 @@ namespace camber::msh {
 
 namespace {
 
-/// Reads a count, then as many integers.
 template <class Take>
 bool read_list(Source& source, Take&& take) {
     std::uint64_t n = 0;
@@ -65,7 +64,7 @@ bool read_entity(Source& source, int dimension, bool of_partition, Generation ve
 
 struct BlockHead {
     EntityKey entity;
-    std::int64_t kind = 0;  ///< node blocks: 1 if parametric; element blocks: type
+    std::int64_t kind = 0;  ///< in node blocks 1 if nodes have parameters; in element blocks the element type
     std::uint64_t count = 0;
 };
 bool read_head(Source& source, Generation version, BlockHead& head) {
@@ -78,7 +77,7 @@ bool read_head(Source& source, Generation version, BlockHead& head) {
     return dimension >= 0 && dimension <= 3;
 }
 
-/// Reads the number of blocks; the numbers after it are redundant.
+/// Reads the number of blocks, and skips totals that the blocks imply.
 bool read_blocks(Source& source, Generation version, std::uint64_t& blocks) {
     std::uint64_t ignored = 0;
     if (!source.count(blocks) || !source.count(ignored)) return false;
@@ -213,7 +212,6 @@ std::optional<FieldKind> kind_of(std::size_t components) {
     return std::nullopt;
 }
 
-/// Field values in the rows of `index`; none if one is missing.
 std::optional<Buffer<double>> by_row(const Field& field, const TagIndex& index, std::size_t rows) {
     Buffer<double> values(rows * field.components);
     Buffer<std::uint8_t> visited(rows, std::uint8_t{0});
@@ -271,7 +269,8 @@ Column<std::uint64_t> explicit_tags(std::initializer_list<const Buffer<std::uint
 Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes) {
     const std::size_t vertices = std::visit([](const auto& mesh) { return mesh.points.size(); }, decoded.mesh);
     if (vertices == nodes.size()) return explicit_tags({&nodes});
-    const Column<std::uint32_t>& numbers = decoded.node_numbers;  // numbers of nodes by tag order, for degree 2
+    const Column<std::uint32_t>& numbers = decoded.node_numbers;  // positions of the vertices in tag order, for degree
+                                                                  // 2
     if (numbers.size() < vertices) return {};
     const Buffer<std::uint64_t> of(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(vertices));
     return explicit_tags({&of});

@@ -122,7 +122,8 @@ class Writer {
         sink_.end_section("Elements");
         return written;
     }
-    /// Type and number of tags are in each line of text files, but in a header of binary files.
+    /// Writes elements of one type. Text files have the type and number of tags in each line; binary files have them
+    /// once, in a header.
     template <std::size_t Width>
     Outcome<Done> elements_2(std::int32_t type, const std::vector<Reference>& physicals, std::size_t dimension,
                              std::size_t before, const auto& put) {
@@ -246,7 +247,8 @@ class Writer {
 
     // ---------------------------------------------------------------- fields
 
-    /// Readers expect values in tag order: elements are the mesh's first cells, but last in the file.
+    /// Mesh number of cell i in the file. The file lists values in tag order, in which elements come last; in the mesh
+    /// they come first.
     [[nodiscard]] std::size_t cell_in_file(std::size_t i) const {
         const std::size_t elements = linear_.elements.size(), facets = linear_.facets.size();
         const std::size_t edges = linear_.edges.size();
@@ -268,7 +270,6 @@ class Writer {
         }
         return Done{};
     }
-    /// `sources`: index of each component in a row; −1: zero.
     template <std::size_t Components>
     Outcome<Done> write_field(const MeshField& field, std::array<int, Components> sources) {
         const bool of_nodes = field.centring == Centring::node;
@@ -304,7 +305,8 @@ class Writer {
     const Execution& execution_;
     Sink sink_;
     Numbers numbers_;
-    std::array<std::size_t, 5> before_{};  ///< file elements before each dimension, and in all
+    std::array<std::size_t, 5> before_{};  ///< number of file elements before those of each dimension; last: number of
+                                           ///< all
 };
 
 }  // namespace

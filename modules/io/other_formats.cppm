@@ -23,16 +23,16 @@ export namespace camber {
 
 enum class VtkEncoding : std::uint8_t { ascii, binary };
 
-/// Decodes a legacy VTK file (.vtk, versions 1 to 5.1) with an UNSTRUCTURED_GRID, as text or binary; cells and arrays
-/// are as in `decode_vtu`. In binary files errors are reported at the keyword's line. Further errors: unsupported
-/// (other data sets, string arrays in binary files).
+/// Decodes a legacy VTK file (.vtk, versions 1 to 5.1) with an UNSTRUCTURED_GRID, as text or binary. Cells and arrays
+/// are treated as in `decode_vtu`. In binary files the position of an error is the line of the last keyword. Further
+/// errors: unsupported (other data sets, string arrays in binary files).
 [[nodiscard]] Outcome<DecodedMesh> decode_vtk(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
 
 [[nodiscard]] bool is_vtk(std::span<const std::byte> bytes, VtkEncoding encoding);
 
-/// Encodes version 4.2, which old readers support: points, cells and arrays as in `encode_vtu` with quadratic cells.
-/// Further errors: unsupported (more points or cell entries than 31 bits can number).
+/// Encodes version 4.2, which old readers support. Points, cells and arrays are those of `encode_vtu` with quadratic
+/// cells. Further errors: unsupported (more points or cell entries than 31 bits can number).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_vtk(const Mesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
                                          const Execution& execution);
@@ -45,7 +45,7 @@ template <int D>
 
 namespace camber::vtk {
 
-/// Rules of VTU; keywords of arrays are also legal.
+/// Rules for names of VTU files; METADATA is also reserved.
 [[nodiscard]] FieldNames field_names();
 
 inline constexpr const char* damaged = "the file is cut off or damaged";
@@ -61,7 +61,7 @@ using Failure = decltype(fail(std::declval<Error>()));
 struct Source {
     std::string name;
     std::string_view text;
-    std::size_t at = 0, keyword = 0;  ///< position; begin of the section, for messages
+    std::size_t at = 0, keyword = 0;  ///< current position; begin of the current section, for messages
     bool binary = false;
 
     [[nodiscard]] std::string place() const { return line_place(name, text, text.data() + keyword); }
@@ -119,9 +119,9 @@ enum class StlEncoding : std::uint8_t { ascii, binary };
 [[nodiscard]] Outcome<DecodedMesh> decode_stl(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
 
-/// Encodes the boundary of the mesh.
-/// - Faces of exactly one tetrahedron, with outward normals.
-/// - All triangles of a surface in space or of a 2D mesh (z = 0), with their orientation.
+/// Encodes the boundary of the mesh as triangles.
+/// - For a mesh of tetrahedra: the faces of exactly one tetrahedron, with outward normals.
+/// - For a surface in space or a 2D mesh (z = 0): all its triangles, with their orientation.
 /// - A curved triangle becomes four triangles between its nodes. Triangles with two coincident corners are dropped.
 /// - Text has a solid for each reference, with its name or `reference_N`. Binary is one solid with 32-bit coordinates.
 ///
@@ -129,10 +129,11 @@ enum class StlEncoding : std::uint8_t { ascii, binary };
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_stl(const Mesh<D>& mesh, StlEncoding encoding, const Execution& execution);
 
-/// Binary: the size matches the triangle count, also if the header begins with `solid`. Text: begins with `solid`.
+/// Binary files have the size that follows from their number of triangles; their header may begin with `solid`. Other
+/// files that begin with `solid` are text.
 [[nodiscard]] bool is_stl(std::span<const std::byte> bytes, StlEncoding encoding);
 
-/// Lists differences between the mesh and the mesh read back.
+/// Lists data that is lost or changed when the file is read back.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_stl(const Mesh<D>& mesh, StlEncoding encoding);
 
@@ -140,7 +141,7 @@ template <int D>
 
 namespace camber::stl {
 
-/// Header, number of triangles, and a row (normal, three corners, attribute) for each.
+/// A binary file is a header, the number of triangles, and a row for each triangle: normal, three corners, attribute.
 inline constexpr std::size_t header_bytes = 80, count_bytes = 4, row_bytes = 50;
 
 struct Triangle {
@@ -152,7 +153,7 @@ struct Triangle {
 }
 using Triangles = Buffer<Triangle>;
 
-/// Equal names share a reference; an unnamed solid gets a new one.
+/// References of solids. Solids with the same name share a reference; each unnamed solid gets a new one.
 class Solids {
   public:
     [[nodiscard]] Reference of(const std::string& name) {
@@ -169,21 +170,21 @@ class Solids {
     Buffer<Group> groups_;
 };
 
-/// Data to write. Reading restores it, except for vertices.
 struct Written {
-    Triangles triangles = {};            ///< in order of solids; none has equal corners
-    Buffer<Group> groups = {};           ///< text: named solids
-    std::vector<Renaming> renamed = {};  ///< names of groups and of solids
-    std::size_t left_out = 0;            ///< triangles with equal corners
-    std::size_t rounded = 0;  ///< binary: coordinates not exact in 32 bits; infinite if too large
+    Triangles triangles = {};            ///< sorted by solid; no triangle has equal corners
+    Buffer<Group> groups = {};           ///< named solids, for text
+    std::vector<Renaming> renamed = {};  ///< pairs of a group's name and the different name of its solid
+    std::size_t left_out = 0;            ///< number of triangles with equal corners
+    std::size_t rounded = 0;             ///< number of coordinates that binary files round to 32 bits; too large ones
+                                         ///< become infinite
 };
 template <class Mesh>
 [[nodiscard]] Written written(const Mesh& mesh, const Column<Group>& groups, StlEncoding encoding);
 
-/// Merges coincident corners (−0 equals 0). Precondition: no triangle has equal corners.
+/// Merges corners at the same position into one vertex (−0 equals 0). Precondition: no triangle has equal corners.
 [[nodiscard]] listing::Mesh<3> welded(const Triangles& triangles);
 
-/// Group name, else one with the reference's number.
+/// Name of the solid of each reference: the group's name, else `reference_N`.
 [[nodiscard]] std::map<Reference, std::string> solid_names(const Triangles& triangles, const Column<Group>& groups,
                                                            std::vector<Renaming>& renamed);
 
@@ -191,17 +192,18 @@ template <class Mesh>
 
 export namespace camber {
 
-/// True if this build was configured with the CGNS library (Debian: libcgns-dev). It is located and loaded at the first
-/// read or write.
+/// True if this build was configured with the CGNS library (Debian: libcgns-dev). The library is located and loaded at
+/// the first read or write.
 [[nodiscard]] bool has_cgns_support();
 
 /// Decodes a CGNS file (HDF5 or ADF) with one base and unstructured zones.
-/// - All zones are joined, or one is chosen by the options. Coincident vertices are merged if the file has zone
+/// - All zones are joined, unless the options select one. Coincident vertices are merged if the file has zone
 ///   connectivities.
 /// - Elements: TETRA_4, TETRA_10, TRI_3, TRI_6, BAR_2, BAR_3, also in MIXED sections.
 /// - Facets take the reference of the boundary condition that lists them (a point set of faces, elements or vertices),
-///   other simplices that of their section. Both become named groups. The number is that of the descriptor `reference`
-///   below the node (written by `encode_cgns`), else 1, 2, 3 … in file order.
+///   other simplices that of their section. Conditions and sections become named groups.
+/// - The reference of a condition or section is its descriptor `reference` (written by `encode_cgns`), else 1, 2, 3 …
+///   in file order.
 /// - Scalars of a flow solution at vertices become fields; three (in 2D two) named …X …Y …Z become a vector.
 ///
 /// `name` is the file's path. The library opens that file if it has the size of `bytes`, else a temporary copy of
@@ -213,16 +215,17 @@ export namespace camber {
     return decode_cgns(bytes, name, {}, execution);
 }
 
-/// Encodes a section for each dimension and reference, and a boundary condition for each facet reference. Names are
-/// those of groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes become a flow solution.
-/// The library writes to a file in the folder for temporary files. Errors: write, unsupported (the library is missing).
+/// Encodes a section for each dimension and reference, and a boundary condition for each facet reference. Their names
+/// are those of groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes become a flow
+/// solution. The library writes to a file in the folder for temporary files. Errors: write, unsupported (the library is
+/// missing).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_cgns(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution);
 
-/// True for HDF5 (but not MED) and ADF.
+/// True for HDF5 (but not MED) and ADF files.
 [[nodiscard]] bool is_cgns(std::span<const std::byte> bytes);
 
-/// Lists lost data, also the order of simplices if a reference occurs in several runs.
+/// Lists lost data. The order of simplices is lost if simplices with the same reference are not consecutive.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_cgns(const Mesh<D>& mesh);
 
@@ -232,7 +235,7 @@ template <int D>
 
 namespace camber::cgns {
 
-/// Name of a reference without a group.
+/// Name in the file of a reference without a group.
 [[nodiscard]] std::string plain_name(int dimension, Reference reference);
 
 [[nodiscard]] Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::string_view name);
@@ -244,19 +247,19 @@ namespace camber::cgns {
 /// Recognition of MED files; names of fields, sections and boundary conditions in CGNS files.
 namespace camber {
 
-/// MED files of Salome are HDF5 like CGNS, with other nodes.
+/// True for MED files of Salome. They are HDF5 files like CGNS, but have other nodes.
 [[nodiscard]] bool is_med(std::span<const std::byte> bytes);
 
 }  // namespace camber
 
 namespace camber::cgns {
 
-/// Fields that CGNS can hold, with legal names.
 [[nodiscard]] MeshFields fields_in_file(const MeshFields& fields);
 [[nodiscard]] FieldNames field_names();
 
 using ReferenceNames = std::map<std::pair<int, Reference>, std::string>;
-/// One section for each reference, and one boundary condition for each facet reference (none in a surface mesh).
+/// Names of sections (one for each reference) and of boundary conditions (one for each facet reference; none in a
+/// surface mesh).
 struct GroupNames {
     ReferenceNames sections, conditions;
 };
@@ -269,7 +272,8 @@ export namespace camber {
 
 /// Encodes an XDMF 3 file with one grid and all numbers as text. Degree 1 is a mixed grid of elements, facets and
 /// feature edges. Degree 2 has only the elements (for a surface its triangles), since readers do not support mixed
-/// grids of degree 2. Attributes are the fields and `reference` of nodes and cells; symmetric tensors become full ones.
+/// grids of degree 2. Fields and the `reference` of nodes and cells become attributes; symmetric tensors become full
+/// ones.
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_xdmf(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution);
 

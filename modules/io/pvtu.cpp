@@ -43,7 +43,6 @@ void append(Buffer<T>& to, const Buffer<T>& from) {
     to.insert(to.end(), from.begin(), from.end());
 }
 
-/// `before`: number of points in earlier pieces.
 template <int N>
 void append(listing::Rows<N>& to, const listing::Rows<N>& from, std::size_t before) {
     if (!from.entities.empty() || !to.entities.empty()) {
@@ -58,7 +57,6 @@ void append(listing::Rows<N>& to, const listing::Rows<N>& from, std::size_t befo
     append(to.references, from.references);
 }
 
-/// End of the rows of each kind of cell.
 std::vector<std::size_t> cell_ends(const listing::Mesh<3>& mesh) {
     std::vector<std::size_t> ends;
     const auto add = [&](const auto& kind) {
@@ -73,7 +71,6 @@ std::vector<std::size_t> cell_ends(const listing::Mesh<3>& mesh) {
 
 using Pieces = std::vector<listing::Mesh<3>>;
 
-/// Joins node fields by piece, cell fields by kind and then by piece.
 template <class T>
 Column<T> joined_rows(const Pieces& pieces, const std::vector<const MeshField*>& fields, std::size_t width) {
     Buffer<T> rows;
@@ -185,7 +182,6 @@ Outcome<DecodedMesh> joined(const Pieces& pieces, const std::string& name, std::
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
 
-/// `<PDataArray type="…" …/>` for each array.
 std::string described(const std::vector<DataArray>& arrays) {
     std::string xml;
     for (const DataArray& array : arrays)

@@ -113,7 +113,7 @@ class Parser {
         return Done{};
     }
 
-    /// Reads a facet. The normal is not parsed: some programs write `nan`.
+    /// Reads a facet. The words of the normal are skipped, because some programs write `nan`.
     Outcome<Done> facet() {
         if (auto done = expect("normal"); !done) return done;
         for (int c = 0; c < 3; ++c)
@@ -150,7 +150,7 @@ class Parser {
     std::string_view text_, name_;
     Words words_;
     File file_;
-    const char* at_ = nullptr;  ///< position of the last word
+    const char* at_ = nullptr;
     std::string word_;
 };
 
@@ -176,7 +176,8 @@ Outcome<File> read_binary(std::span<const std::byte> bytes, std::string_view nam
     auto done = each(
         execution, file.triangles.size(),
         [&](std::size_t t) {
-            const std::size_t row = head + row_bytes * t + 12;  // position of the corners, after the normal
+            const std::size_t row = head + row_bytes * t + 12;  // begin of the corners; the normal before them has 12
+                                                                // bytes
             bool finite = true;
             file.triangles[t].reference = 1;
             for (std::size_t i = 0; i < 9; ++i) {
@@ -193,7 +194,8 @@ Outcome<File> read_binary(std::span<const std::byte> bytes, std::string_view nam
     return file;
 }
 
-/// Binary files that begin with `solid` have zero bytes near the begin; text files have none.
+/// True if there is a zero byte near the begin. Binary files whose header begins with `solid` have such bytes; text
+/// files have none.
 bool looks_binary(std::span<const std::byte> bytes) {
     const auto begin = bytes.first(std::min<std::size_t>(bytes.size(), 1024));
     return std::find(begin.begin(), begin.end(), std::byte{0}) != begin.end();
@@ -214,7 +216,7 @@ Outcome<DecodedMesh> read(std::span<const std::byte> bytes, std::string_view nam
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
 
-/// False for other binary formats, and for text formats that may contain binary data.
+/// False if the first bytes are those of another binary format, or of a text format that may contain binary data.
 bool may_be_header(std::span<const std::byte> bytes) {
     const std::string_view text = text_of(bytes.first(4));
     return std::string_view("$#<@\x89").find(text[0]) == std::string_view::npos &&
@@ -245,7 +247,6 @@ listing::Mesh<3> welded(const Triangles& triangles) {
 
 namespace {
 
-/// Name on one line, without blanks at either end.
 std::string solid_name(std::string_view text) {
     std::string name(text);
     for (char& c : name)
@@ -303,7 +304,7 @@ bool is_stl(std::span<const std::byte> bytes, StlEncoding encoding) {
         bytes.size() >= head && stl::may_be_header(bytes) &&
         bytes.size() == head + stl::row_bytes * std::uint64_t{stl::number_at(bytes, stl::header_bytes)};
     if (encoding == StlEncoding::binary || is_binary) return is_binary == (encoding == StlEncoding::binary);
-    constexpr std::size_t soon = 256;  // blanks may precede the first word
+    constexpr std::size_t soon = 256;  // number of bytes, because blanks may precede the first word
     std::string_view text = stl::text_of(bytes.first(std::min(bytes.size(), soon)));
     while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
     return stl::lower(text.substr(0, 5)) == "solid" && (text.size() < 6 || is_blank(text[5]));

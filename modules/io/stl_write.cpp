@@ -32,7 +32,6 @@ struct Face {
     Reference reference = 0;
 };
 
-/// Sorted nodes, which identify a face in any orientation.
 using FaceKey = std::array<std::size_t, 3>;
 FaceKey key_of(std::size_t a, std::size_t b, std::size_t c) {
     FaceKey key{a, b, c};
@@ -72,7 +71,6 @@ class Surface {
         return faces;
     }
 
-    /// Faces of exactly one element, with the references of the facets on them.
     [[nodiscard]] Faces boundary() const {
         std::vector<std::pair<FaceKey, std::size_t>> all;
         all.reserve(linear_.elements.size() * 4);
@@ -107,7 +105,7 @@ class Surface {
         return faces;
     }
 
-    /// A face, oriented outwards even for inverted elements.
+    /// Face i of element e, oriented outwards even if the element is inverted.
     [[nodiscard]] Face<width> outward(std::size_t e, int i) const {
         auto local = face_opposite<3>(i);
         const auto& v = linear_.elements.vertices[e];
@@ -157,7 +155,6 @@ Triangles triangles_of(const Mesh& mesh) {
     return triangles;
 }
 
-/// Rounds to 32 bits, possibly to infinity. Returns the number of changed coordinates.
 std::size_t round(Triangles& triangles) {
     std::size_t rounded = 0;
     for (Triangle& triangle : triangles)
@@ -196,11 +193,10 @@ Written written(const Mesh& mesh, const Column<Group>& groups, StlEncoding encod
 
 namespace {
 
-/// Unit normal; zero for a triangle without area.
 Vec<3> normal_of(const Triangle& triangle) {
     const auto& [a, b, c] = triangle.corners;
     Vec<3> u{}, v{};
-    double most = 0;  // scale that prevents overflow and underflow of products
+    double most = 0;  // largest component, by which all are divided to prevent overflow and underflow
     for (int i = 0; i < 3; ++i) {
         u[i] = b[i] / 2 - a[i] / 2;
         v[i] = c[i] / 2 - a[i] / 2;
@@ -218,7 +214,6 @@ Vec<3> normal_of(const Triangle& triangle) {
     return normal;
 }
 
-/// Writes the least significant byte first.
 void put_number(std::byte*& to, std::uint32_t bits) {
     for (unsigned shift = 0; shift < 32; shift += 8) *to++ = static_cast<std::byte>(bits >> shift & 0xffU);
 }
@@ -252,7 +247,7 @@ Outcome<Chunks> binary(const Triangles& triangles) {
 }
 
 Outcome<Chunks> text(const Written& all, const Execution& execution) {
-    constexpr std::size_t room = 19;  // words of a triangle as text, 12 of them numbers
+    constexpr std::size_t room = 19;  // number of words of a triangle as text; 12 of them are numbers
     const Triangles& triangles = all.triangles;
     const auto write = [](char* to, std::string_view words) { return std::copy(words.begin(), words.end(), to); };
     const auto write_point = [](char* to, const Vec<3>& p) {

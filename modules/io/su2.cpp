@@ -45,7 +45,6 @@ struct PointRange {
     std::size_t first = 0, count = 0;
 };
 
-/// Appends rows `type nodes… [index]`; elements of other shapes are counted in `refused`.
 template <int K>
 Outcome<Done> read_simplices(const Zone& zone, const Block& block, PointRange points, Reference reference,
                              listing::Rows<K + 1>& into, UnsupportedItems& refused) {
@@ -84,8 +83,9 @@ Outcome<Done> read_simplices(const Zone& zone, const Block& block, PointRange po
     return Done{};
 }
 
-/// Ignores numbers after D coordinates, as SU2 does: a third coordinate in 2D, an index, a global index of a
-/// partitioned mesh. `heights` counts nonzero third coordinates.
+/// Reads D coordinates of each point. Up to three more numbers in a row are ignored, as in SU2: a third coordinate in
+/// 2D, an index, a global index of a partitioned mesh. `heights` counts ignored numbers that are neither whole nor
+/// zero.
 template <int D>
 Outcome<Done> read_points(const Zone& zone, const Block& block, Buffer<Vec<D>>& points, std::size_t& heights) {
     constexpr std::size_t most = 3;
@@ -112,7 +112,6 @@ Outcome<Done> read_points(const Zone& zone, const Block& block, Buffer<Vec<D>>& 
     return Done{};
 }
 
-/// Equal marker names share a reference.
 template <int D>
 struct MarkerReferences {
     Buffer<Group>& groups;
@@ -128,7 +127,8 @@ struct MarkerReferences {
 
 using Zones = std::vector<const Zone*>;
 
-/// Elements are in the order of zones, facets in that of zones and markers.
+/// These functions return the line of a row for messages. Elements are sorted by zone, facets by zone and then by
+/// marker.
 auto place_of_elements(const Zones& zones) {
     return [zones](std::size_t row) {
         for (const Zone* const zone : zones) {
@@ -183,19 +183,18 @@ Outcome<DecodedMesh> read_mesh(const Zones& zones, std::vector<Notice> notices, 
 }
 
 void note_losses(const Zone& zone, std::vector<Notice>& notices) {
-    if (!zone.markers_announced)  // Gmsh omits NMARK in meshes without groups; a truncated file looks the same
+    if (!zone.markers_announced)  // Gmsh omits NMARK if there are no groups, but the file may also be truncated
         notices.push_back({"the file has no NMARK, so it has no markers of the boundary"});
     if (zone.parallel_markers > 0)
         notices.push_back({std::to_string(zone.parallel_markers) + " markers SEND_RECEIVE were left out"});
     if (zone.foreign_blocks == 0) return;
     std::string first = zone.first_foreign;
-    for (char& c : first)  // damaged files must not write control characters to a terminal
+    for (char& c : first)  // so that damaged files cannot send control characters to a terminal
         if (c < ' ' || c > '~') c = '?';
     notices.push_back(
         {std::to_string(zone.foreign_blocks) + " other keywords were left out, the first of them " + first});
 }
 
-/// Errors: input (the file has no zone with this number).
 Outcome<Zones> chosen(const File& file, const std::string& requested) {
     Zones zones;
     std::string numbers;
@@ -242,7 +241,7 @@ Outcome<DecodedMesh> decode_su2(std::span<const std::byte> bytes, std::string_vi
 }
 
 bool is_su2(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 65536;  // comments may precede the first keyword
+    constexpr std::size_t soon = 65536;  // number of bytes, because comments may precede the first keyword
     const auto line = su2::Lines(su2::text_of(bytes.first(bytes.size() < soon ? bytes.size() : soon))).next();
     if (!line) return false;
     const std::string_view key = su2::entry_of(*line).key;

@@ -74,7 +74,7 @@ class Index {
         return Done{};
     }
 
-    /// Accepts rows of unknown blocks; other rows without a header are errors.
+    /// A row that follows no keyword is accepted in an unknown block, otherwise it is an error.
     Outcome<Done> unexpected_row(std::string_view line) {
         if (in_foreign_) return Done{};
         return fail_at(zone_.place(line), "is neither a keyword with = nor one of the announced rows");
@@ -97,7 +97,7 @@ class Index {
         return Done{};
     }
 
-    /// Content before the first zone header belongs to that zone.
+    /// Begins a zone. Blocks before the first header of a zone belong to that zone.
     Outcome<Done> begin_zone(std::string_view line, std::string_view value) {
         in_foreign_ = false;
         const auto number = number_of(value);
@@ -108,7 +108,6 @@ class Index {
         return Done{};
     }
 
-    /// Returns a block and skips its rows.
     Outcome<Block> rows(std::string_view line, std::string_view value) {
         in_foreign_ = false;
         const auto number = number_of(value);
@@ -118,7 +117,7 @@ class Index {
             return fail_at(zone_.place(line), "announces " + std::to_string(count) + " rows, but fewer follow");
         if (count > max_entities)
             return fail(ErrorKind::unsupported, "has more rows than 32 bits can number", zone_.place(line));
-        Lines ahead = lines_;  // a SEND_RECEIVE marker has a line between its count and its rows
+        Lines ahead = lines_;  // between the count and the rows, a SEND_RECEIVE marker has a line SEND_TO
         if (const auto row = ahead.next(); row && entry_of(*row).key == "SEND_TO") lines_ = ahead;
         Block result{static_cast<std::size_t>(count), lines_};
         for (std::size_t i = 0; i < result.count; ++i) {

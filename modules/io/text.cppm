@@ -20,12 +20,11 @@ namespace camber {
 [[nodiscard]] constexpr bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 [[nodiscard]] constexpr bool ends_word(char c) { return is_blank(c) || c == '#'; }
 
-/// Words of ASCII text, separated by blanks and comments (`#` to the end of the line).
+/// Iterates over words of ASCII text. Words are separated by blanks and by comments (from # to the end of the line).
 struct Words {
     const char* at;
     const char* end;
 
-    /// Moves to the next word; false at the end.
     [[nodiscard]] inline bool find() {
         for (; at != end; ++at) {
             if (*at == '#') {
@@ -54,7 +53,7 @@ struct Words {
 
 [[nodiscard]] std::string line_place(std::string_view name, std::string_view text, const char* at);
 
-/// Accepts a leading +, Fortran's exponent D, and magnitudes outside the range of double.
+/// Reads numbers with a leading +, with Fortran's exponent D, or outside the range of double.
 [[nodiscard]] bool read_unusual_real(std::string_view word, double& value);
 
 [[nodiscard]] inline bool read_number(Words& words, std::int64_t& value) {
@@ -75,13 +74,13 @@ struct Words {
     return read_unusual_real(words.next(), value);
 }
 
-/// Limits memory for unpacked data to 100 times the file size, at least 64 MiB. Deflate reaches a ratio of 1000 on
-/// constant data; meshes reach about 7 (regular grid, constant types and references).
+/// Limits uncompressed data to 100 times the file size, at least 64 MiB. Deflate reaches a ratio of 1000 on constant
+/// data; meshes reach about 7 (regular grid, constant types and references).
 class UnpackedBudget {
   public:
     explicit constexpr UnpackedBudget(std::size_t file_bytes) : left_(most(file_bytes)) {}
 
-    /// False if the remaining budget is too small.
+    /// Subtracts `count` items from the budget. Returns false if the rest is too small.
     [[nodiscard]] constexpr bool take(std::uint64_t count, std::uint64_t bytes_each = sizeof(double)) {
         if (bytes_each > 0 && count > left_ / bytes_each) return false;
         left_ -= count * bytes_each;
@@ -101,10 +100,9 @@ inline constexpr const char* simplices_remedy =
     "give a mesh of edges, triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and names "
     "a program that splits them";
 
-/// Unsupported items by kind, in order of first occurrence.
+/// Numbers of unsupported items by kind, in the order in which the kinds first occur.
 class UnsupportedItems {
   public:
-    /// `kind`: in the plural, for messages.
     void count(const std::string& kind, std::size_t number = 1) {
         for (auto& [name, counted] : kinds_)
             if (name == kind) {
@@ -124,11 +122,11 @@ class UnsupportedItems {
         return counts;
     }
 
-    /// Same, but without error for `UnsupportedCells::count`.
+    /// Returns success if unsupported cells are to be counted, else the result of the function below.
     [[nodiscard]] Outcome<Done> verdict(std::string where, UnsupportedCells unsupported_cells) const {
         return unsupported_cells == UnsupportedCells::count ? Outcome<Done>(Done{}) : verdict(std::move(where));
     }
-    /// Returns an error of kind unsupported with all kinds, if there are any.
+    /// Returns an error of kind unsupported that lists all kinds, or success if there are none.
     [[nodiscard]] Outcome<Done> verdict(std::string where) const {
         if (kinds_.empty()) return Done{};
         std::string text;
@@ -146,7 +144,6 @@ class UnsupportedItems {
     std::vector<CellCount> kinds_;
 };
 
-/// First faulty row, for any number of threads.
 class FirstErrorRow {
   public:
     void note(std::size_t row) {
@@ -163,15 +160,15 @@ class FirstErrorRow {
 
 inline constexpr std::uint32_t no_row = std::numeric_limits<std::uint32_t>::max();
 
-/// Rows in tag order; equal tags keep their order. Empty if already in order. Precondition: at most `max_entities`
-/// rows. Gaps between tags need no memory.
+/// Rows sorted by tag; rows with equal tags stay in order. Empty if the rows are already sorted. Precondition: at most
+/// `max_entities` rows. The memory does not depend on the size of tags.
 [[nodiscard]] Buffer<std::uint32_t> rows_by_tag(std::span<const std::uint64_t> tags);
 
-/// Finds rows by contiguous, dense or sparse tags.
 class TagIndex {
   public:
     TagIndex() = default;
-    /// `ascending` must outlive the index. Tag i has row `rows[i]`, or i if `rows` is empty.
+    /// `ascending`: tags, which must outlive the index. Tag `ascending[i]` has row `rows[i]`, or row i if `rows` is
+    /// empty.
     TagIndex(std::span<const std::uint64_t> ascending, Buffer<std::uint32_t> rows);
 
     [[nodiscard]] std::uint32_t find(std::uint64_t tag) const {
@@ -190,10 +187,10 @@ class TagIndex {
     std::span<const std::uint64_t> tags_;
     Buffer<std::uint32_t> rows_;
     bool contiguous_ = false;
-    Buffer<std::uint32_t> table_;  ///< for dense tags: rows by tag minus first tag
+    Buffer<std::uint32_t> table_;  ///< for tags with few gaps: `table_[tag − lowest tag]` is the row
 };
 
-/// Mesh data that a format can hold, besides nodes and simplices.
+/// Data besides nodes and simplices that a format can hold.
 struct FormatCapabilities {
     bool groups = false;        ///< names of references
     bool entities = false;      ///< CAD entities of simplices
@@ -204,16 +201,16 @@ struct FormatCapabilities {
     bool point_references = true;
 };
 
-/// A notice for each kind of data that the format cannot hold, with the number of items.
+/// Returns a notice with the number of items for each kind of data that the format cannot hold.
 template <int D>
 [[nodiscard]] std::vector<Notice> unsupported_data(const LinearMesh<D>& mesh, FormatCapabilities capabilities,
                                                    std::string_view format);
 
-/// For formats with one name for each reference: simplices that are in further groups.
+/// Lists names that are lost in formats where a reference has only one name.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_further_groups(const LinearMesh<D>& mesh, std::string_view format);
 
-/// Checks that fields have a row for each node or cell. Errors: usage.
+/// Checks that each field has as many rows as there are nodes or cells. Errors: usage.
 template <int D>
 [[nodiscard]] Outcome<Done> check_rows(const MeshFields& fields, std::size_t nodes, std::size_t cells) {
     for (const MeshField& field : fields) {
@@ -231,39 +228,40 @@ template <int D>
 
 struct NameRule {
     std::string (*legal)(std::string_view name);  ///< returns the nearest legal name
-    std::size_t longest = std::string::npos;      ///< maximum length in bytes
-    std::vector<std::string> reserved = {};       ///< reserved for other data
-    std::string_view unnamed = "unnamed";         ///< replaces an empty name
+    std::size_t longest = std::string::npos;
+    std::vector<std::string> reserved = {};       ///< names that must not occur
+    std::string_view unnamed = "unnamed";
 };
 
-/// A name, with an ending for each component that the file lists.
+/// A name in a file, which occurs once with each of these endings, for example of components.
 struct ListedName {
     std::string name;
     std::vector<std::string> endings{{}};
 };
 
-/// Legal names stay, but only the first of equal ones. Others lose illegal characters, and end in _2, _3 … if the name
-/// is in use. The file lists no name twice.
+/// Makes names legal and unique. A legal name stays, except if an earlier name is equal to it. Illegal characters are
+/// replaced, and _2, _3 … is appended to a name that is already in use.
 [[nodiscard]] std::vector<std::string> legal_names(std::span<const ListedName> names, const NameRule& rule);
 
 /// Replaces control characters and invalid UTF-8 bytes by `_`.
 [[nodiscard]] std::string readable_name(std::string_view name);
-/// Name on one line, with ' in place of ".
+/// Returns the name on one line, with ' in place of ".
 [[nodiscard]] std::string quotable_name(std::string_view name);
 
 struct FieldNames {
     NameRule at_nodes, at_cells;
-    std::vector<std::string> (*endings)(FieldKind kind) = nullptr;  ///< endings of components; null: none
+    std::vector<std::string> (*endings)(FieldKind kind) = nullptr;  ///< endings of the components' names; null: no
+                                                                    ///< components
 };
 [[nodiscard]] MeshFields with_legal_names(const MeshFields& fields, const FieldNames& rules);
 [[nodiscard]] std::vector<Notice> renamed_fields(const MeshFields& fields, const FieldNames& rules,
                                                  std::string_view format);
 
-/// Different names of one dimension stay different.
+/// Makes names of groups legal. Different names of one dimension stay different.
 [[nodiscard]] Column<Group> with_legal_names(const Column<Group>& groups, const NameRule& rule);
 
 using Renaming = std::pair<std::string, std::string>;
-/// For example "VTU has other names for 2 fields: …".
+/// Returns for example "VTU has other names for 2 fields: …".
 [[nodiscard]] std::vector<Notice> note_renamed(std::string_view format, std::string_view kind,
                                                const std::vector<Renaming>& names);
 [[nodiscard]] std::vector<Notice> renamed_groups(const Column<Group>& groups, const Column<Group>& in_file,

@@ -1,4 +1,4 @@
-// Reads number arrays of legacy VTK files and converts them to references and field values.
+// Reads number arrays of legacy VTK files; converts numbers to references and field values.
 module;
 #include <algorithm>
 #include <bit>
@@ -53,7 +53,7 @@ Outcome<vtu::Numbers> text_numbers(Source& source, std::uint64_t n) {
     return numbers;
 }
 
-/// The numbers begin in the next line, most significant byte first.
+/// Reads n numbers from the next line on; their most significant byte is first.
 template <class T>
 Outcome<vtu::Numbers> binary_numbers(Source& source, std::uint64_t n) {
     source.line();
@@ -75,7 +75,6 @@ Outcome<vtu::Numbers> numbers_of(Source& source, std::uint64_t n) {
     return source.binary ? binary_numbers<T>(source, n) : text_numbers<T>(source, n);
 }
 
-/// Each byte contains eight bits.
 Outcome<vtu::Numbers> bits(Source& source, std::uint64_t n) {
     if (!source.binary) return text_numbers<std::uint8_t>(source, n);
     return binary_numbers<std::uint8_t>(source, (n + 7) / 8).map([&](const vtu::Numbers& packed) -> vtu::Numbers {
@@ -123,7 +122,6 @@ namespace {
 
 constexpr std::size_t row_grain = 4096;
 
-/// For `order` and `places` see `vtu::field_values`.
 template <class To, class From>
 Outcome<Column<To>> placed(const Buffer<From>& from, const Column<std::uint32_t>* order, const std::vector<int>& places,
                            const Execution& execution) {

@@ -21,7 +21,6 @@ namespace {
 
 constexpr std::string_view magic = "# vtk DataFile Version";
 
-/// VTK writes blanks and special characters as %20 and so on.
 std::string decoded(std::string_view word) {
     std::string text;
     for (std::size_t i = 0; i < word.size(); ++i) {
@@ -37,7 +36,6 @@ std::string decoded(std::string_view word) {
     return text;
 }
 
-/// Parses a file into the structure of a VTU file.
 class Parser {
   public:
     Parser(std::span<const std::byte> bytes, std::string_view name)
@@ -107,7 +105,6 @@ class Parser {
         });
     }
 
-    /// Each cell is stored as the number of points, then the points.
     Outcome<Done> cells_by_counts() {
         const auto n = source_.count(), size = source_.count();
         if (!n || !size || *n > *size) return source_.wrong("the numbers of CELLS are missing or malformed");
@@ -135,7 +132,7 @@ class Parser {
         return Done{};
     }
 
-    /// Reads cells as in versions since 5: the begin of each cell and the end of the last, then all points.
+    /// Reads cells of version 5: the begin of each cell and the end of the last one, then the points of all cells.
     Outcome<Done> cells_by_offsets() {
         const auto n = source_.count(), size = source_.count();
         if (!n || !size) return source_.wrong("the numbers of CELLS are missing or malformed");
@@ -172,7 +169,6 @@ class Parser {
         return Done{};
     }
 
-    /// Skips metadata, such as component names, up to the next empty line.
     Outcome<Done> skip_metadata() {
         source_.line();
         while (source_.at < source_.text.size() && !source_.line().empty()) {
@@ -201,7 +197,6 @@ class Parser {
         return Done{};
     }
 
-    /// Reads an attribute; skips colour tables.
     Outcome<Done> attribute(const std::string& key) {
         const std::string name = decoded(source_.word());
         if (key == "lookup_table") {

@@ -25,7 +25,6 @@ namespace {
 template <class T>
 constexpr std::string_view type_name = std::is_same_v<T, double> ? "double" : "int";
 
-/// Encodes blanks, which names must not contain.
 std::string encoded(std::string_view name) {
     constexpr std::string_view digits = "0123456789ABCDEF";
     std::string text;
@@ -81,7 +80,6 @@ class Writer {
         return check_rows<D>(fields_, grid_.nodes(), rows(Centring::cell));
     }
 
-    /// Nodes of all cells, plus a node count for each cell.
     [[nodiscard]] std::size_t entries() const {
         const std::size_t of_edges = linear_.edges.size() * (1 + G::template width<1>);
         return linear_.elements.size() * (1 + G::template width<D>)+linear_.facets.size() *
@@ -94,7 +92,6 @@ class Writer {
         chunks_.push_back(std::move(bytes));
     }
 
-    /// Writes value(row, column); text has a line for each row.
     template <class T, class Value>
     Outcome<Done> numbers(std::size_t n, std::size_t width, const Value& value) {
         constexpr std::size_t grain = 4096;
@@ -109,7 +106,6 @@ class Writer {
             },
             grain);
     }
-    /// Writes an array; in binary files a line end follows.
     template <class T, class Value>
     Outcome<Done> array(std::size_t n, std::size_t width, const Value& value) {
         return numbers<T>(n, width, value).map([&](Done done) {

@@ -25,7 +25,7 @@ auto damaged(const File& file, std::size_t at, std::string what) {
                 "files");
 }
 
-/// Number of nodes at each degree; 0: the type does not have it.
+/// A cell type of VTK, with its number of nodes for degree 1 and for degree 2 (0: the type does not have this degree).
 struct Kind {
     std::uint64_t type;
     int dimension;
@@ -82,7 +82,6 @@ std::string plural_of(std::uint64_t type) {
     return "cells of VTK's type " + std::to_string(type);
 }
 
-/// Values that are not in T become `otherwise`.
 template <class T>
 Outcome<Buffer<T>> whole(const Numbers& numbers, T otherwise, const Execution& execution) {
     return std::visit(
@@ -94,7 +93,7 @@ Outcome<Buffer<T>> whole(const Numbers& numbers, T otherwise, const Execution& e
         numbers);
 }
 
-/// Renumbers cell ends and points, which each piece counts from 0.
+/// Shifts ends of cells and numbers of points, which each piece counts from 0.
 void join_pieces(const File& file, Buffer<std::uint64_t>& ends, Buffer<std::uint32_t>& connectivity) {
     std::uint64_t cell = 0, entry = 0, point = 0;
     for (const PieceSize& piece : file.pieces) {
@@ -120,7 +119,6 @@ Outcome<Buffer<T>> read_whole(const File& file, std::string_view name, std::uint
     return damaged(file, 0, "Cells have no array " + std::string(name));
 }
 
-/// Marks cells that belong to other pieces; empty if there are none.
 Outcome<Buffer<std::uint8_t>> read_ghosts(const File& file, const Execution& execution) {
     for (const DataArray& array : file.cell_data) {
         if (array.name != ghost_array || array.components != 1 || !is_number(array)) continue;
@@ -131,7 +129,6 @@ Outcome<Buffer<std::uint8_t>> read_ghosts(const File& file, const Execution& exe
     return Buffer<std::uint8_t>{};
 }
 
-/// Checks that ends do not decrease and that the last one is the size of the connectivity.
 Outcome<Buffer<std::uint64_t>> starts_of(const File& file, const Buffer<std::uint64_t>& ends, std::size_t entries,
                                          std::size_t at) {
     Buffer<std::uint64_t> starts(ends.size() + 1);
@@ -235,7 +232,7 @@ Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution
     const DataArray& array = file.point_arrays.front();
     const auto numbers = read_array(file, array, file.points, execution);
     if (!numbers) return fail(numbers.error());
-    // A division is used because a product with an unchecked number may overflow.
+    // The sizes are divided because the product 3 × `file.points` could overflow.
     if (array.components != 3 || size_of(*numbers) % 3 != 0 || size_of(*numbers) / 3 != file.points)
         return damaged(file, array.at,
                        "the Piece has " + std::to_string(file.points) + " points, but " +

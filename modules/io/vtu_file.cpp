@@ -39,7 +39,7 @@ auto refuse_at(const File& file, std::size_t at, std::string what, std::string r
     return fail(ErrorKind::unsupported, std::move(what), place(file, at), {}, std::move(remedy));
 }
 
-/// Removes raw data from the text, because it is not XML.
+/// Returns the XML of the file without the raw data, which is not legal in XML.
 Outcome<std::string> cut(File& file) {
     const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
     const std::size_t element = text.find("<AppendedData");
@@ -56,7 +56,7 @@ Outcome<std::string> cut(File& file) {
     return std::string(text.substr(0, tag_end + 1)) + "</AppendedData></VTKFile>";
 }
 
-/// A parsed node needs twenty times the bytes of its text.
+/// Limits memory, because a parsed XML node needs twenty times the bytes of its text.
 constexpr std::ptrdiff_t max_tags = 200'000;
 
 Outcome<std::shared_ptr<pugi::xml_document>> parsed(const File& file, const std::string& xml) {
@@ -74,7 +74,6 @@ std::size_t at(const pugi::xml_node& node) {
     return static_cast<std::size_t>(std::max<std::ptrdiff_t>(node.offset_debug(), 0));
 }
 
-/// Value of an attribute; none if it is missing or not an integer.
 std::optional<std::uint64_t> number(const pugi::xml_node& node, const char* name) {
     const std::string_view text = node.attribute(name).as_string();
     std::uint64_t value = 0;
@@ -135,7 +134,8 @@ std::vector<DataArray> arrays_in(const pugi::xml_node& section) {
     return arrays;
 }
 
-/// Links arrays of the same name in the next piece; drops arrays that this piece lacks.
+/// Adds the arrays of the next piece to those with the same name, type and components. Removes arrays that the next
+/// piece lacks.
 void join_arrays(std::vector<DataArray>& arrays, std::vector<DataArray> more) {
     std::erase_if(arrays, [&](DataArray& array) {
         const auto same = std::find_if(more.begin(), more.end(), [&](const DataArray& a) {
@@ -143,7 +143,7 @@ void join_arrays(std::vector<DataArray>& arrays, std::vector<DataArray> more) {
         });
         if (same == more.end()) return true;
         array.other_pieces.push_back(std::move(*same));
-        same->name = std::string(1, '\0');  // so that it matches only once
+        same->name = std::string(1, '\0');  // this array must not be found again
         return false;
     });
 }
@@ -171,7 +171,6 @@ Outcome<Done> read_piece(File& file, const pugi::xml_node& piece) {
     return Done{};
 }
 
-/// Empty pieces are skipped, unless all are empty.
 Outcome<Done> read_pieces(File& file, const pugi::xml_node& root) {
     const pugi::xml_node grid = root.child("UnstructuredGrid");
     file.field_data_arrays = arrays_in(grid.child("FieldData")).size();
@@ -202,7 +201,7 @@ std::string place(const File& file, std::size_t at) {
 }
 
 std::string_view type_of_file(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 4096;  // a declaration and comments may come first
+    constexpr std::size_t soon = 4096;  // number of bytes, because a declaration and comments may come first
     constexpr std::string_view name = "type=";
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), soon));
     const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
@@ -212,8 +211,8 @@ std::string_view type_of_file(std::span<const std::byte> bytes) {
     const std::string_view head = text.substr(tag, text.find('>', tag) - tag);
     for (std::size_t at = head.find(name); at != std::string_view::npos; at = head.find(name, at + 1)) {
         const std::size_t begin = at + name.size() + 1;
-        if (blanks.find(head[at - 1]) == std::string_view::npos || begin >= head.size()) continue;  // this is the attribute
-                                                                                                    // header_type
+        if (blanks.find(head[at - 1]) == std::string_view::npos || begin >= head.size())
+            continue;  // the text found is a part of another attribute such as header_type
         return head.substr(begin, head.find(head[begin - 1], begin) - begin);
     }
     return {};
@@ -233,7 +232,7 @@ Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name)
     });
 }
 
-// VTK's compressors. Each block is compressed separately.
+// VTK's compressors. VTK compresses each block of an array separately.
 
 namespace {
 
@@ -253,7 +252,7 @@ bool by_lz4(std::span<const std::byte> packed, std::span<std::byte> to) {
 }
 
 bool by_lzma(std::span<const std::byte> packed, std::span<std::byte> to) {
-    // Limits the dictionary's memory, because a damaged header may request any size.
+    // Maximum memory of the LZMA dictionary, because a damaged header may request any size.
     std::uint64_t memory = std::uint64_t{256} << 20U;
     std::size_t read = 0, written = 0;
     const lzma_ret status =

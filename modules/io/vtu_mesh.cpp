@@ -22,7 +22,7 @@ namespace camber::vtu {
 
 namespace {
 
-/// Names of cell arrays of references by priority, in lower case without punctuation.
+/// Names of cell arrays with references, in lower case and without punctuation. The first one that occurs is used.
 constexpr std::array<std::string_view, 26> names_of_references{
     "reference", "meditref",   "gmshphysical", "cellentityids",  "materialid",     "materialids", "material",
     "matid",     "attribute",  "attributes",   "region",         "regionid",       "regionids",   "regions",
@@ -82,7 +82,7 @@ struct DroppedArrays {
     }
 };
 
-/// A later array replaces earlier ones of the same name, as in VTK.
+/// Returns the last array of each name, as VTK does. Earlier arrays are listed in `repeated`.
 std::vector<const DataArray*> last_of_names(std::span<const DataArray> arrays, DroppedArrays& repeated) {
     std::map<std::string_view, const DataArray*> last;
     for (const DataArray& array : arrays) last.insert_or_assign(array.name, &array);
@@ -183,7 +183,6 @@ class MeshReader {
         return Done{};
     }
 
-    /// References of file cells; zeros if no array has references.
     Outcome<Buffer<Reference>> references_of_cells(std::span<const DataArray* const> arrays) {
         if (!options_.reference_array.empty()) return requested_references(arrays);
         for (const std::string_view name : names_of_references)
@@ -202,7 +201,6 @@ class MeshReader {
         return Buffer<Reference>(file_.cells, 0);
     }
 
-    /// References in the array that the caller names. Errors: input (no such array of 32-bit integers).
     Outcome<Buffer<Reference>> requested_references(std::span<const DataArray* const> arrays) {
         std::string names;
         for (const DataArray* const array : arrays) {
@@ -226,7 +224,8 @@ class MeshReader {
         });
     }
 
-    /// Checks the array `dimension`: Camber's own one is redundant; other content is dropped with a notice.
+    /// Reads the array `dimension`, which is redundant if it has the dimensions of the cells; otherwise it is dropped
+    /// with a notice.
     Outcome<Done> dimensions(const DataArray& array) {
         auto numbers = whole_scalars(array, file_.cells);
         if (!numbers) return fail(std::move(numbers.error()));
@@ -238,7 +237,6 @@ class MeshReader {
         return Done{};
     }
 
-    /// Integers of an array; none, with a notice, if it has other values.
     Outcome<std::optional<Buffer<Reference>>> whole_scalars(const DataArray& array, std::size_t rows) {
         const auto none = [&]() -> std::optional<Buffer<Reference>> {
             if (array.name == "reference" || array.name == "entity") taken_names_.add(array.name);

@@ -64,7 +64,6 @@ struct Block {
     std::size_t to = 0, size = 0;       ///< position and size in the uncompressed bytes
 };
 
-/// Maximum ratio of compression.
 constexpr std::uint64_t max_expansion(Compressor compressor) {
     switch (compressor) {
         case Compressor::lz4: return 255;
@@ -73,7 +72,6 @@ constexpr std::uint64_t max_expansion(Compressor compressor) {
     }
 }
 
-/// Reads block sizes; none if truncated, or more than the remaining bytes can hold.
 std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
     const auto count = next_word(file, bytes);
     if (!count) return std::nullopt;
@@ -95,7 +93,6 @@ std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
     return blocks;
 }
 
-/// `most`: bytes according to the file's counts.
 Outcome<Buffer<std::byte>> unpacked(const File& file, const DataArray& array, Bytes& bytes, std::uint64_t most,
                                     const Execution& execution) {
     const auto blocks = read_blocks(file, bytes);
@@ -139,14 +136,13 @@ Outcome<Buffer<std::byte>> binary(const File& file, const DataArray& array, Byte
                                                : plain(file, array, bytes);
 }
 
-/// Data of an array; none if its position is invalid.
 std::optional<Bytes> bytes_of(const File& file, const DataArray& array) {
     if (array.format == "binary") return Bytes(array.text, Encoding::base64);
     if (array.format != "appended" || array.offset > file.appended.size()) return std::nullopt;
     return Bytes(file.appended.substr(array.offset), file.encoding);
 }
 
-/// Stored bytes with the header; uncompressed bytes, none without compression.
+/// Sizes of an array in bytes: as stored, with its header; and uncompressed (0 for data that is not compressed).
 struct Sizes {
     std::uint64_t stored = 0, unpacked = 0;
 };
@@ -205,7 +201,6 @@ Outcome<Numbers> text_of(const File& file, const DataArray& array) {
     return numbers;
 }
 
-/// The largest number on overflow.
 std::uint64_t saturated_product(std::uint64_t a, std::uint64_t b) {
     constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
     return b != 0 && a > most / b ? most : a * b;
@@ -256,7 +251,7 @@ Outcome<Done> check_size(const File& file, const DataArray& array, Budget& budge
     if (!size) return damaged(file, array, "its header is wrong, or its data end too soon");
     if (size->stored > budget.left) return damaged(file, array, "it and those before it have more bytes than the file");
     budget.left -= size->stored;
-    // UnpackedBudget counts numbers, because small types are stored as wide ones in memory.
+    // The budget counts numbers instead of bytes, because small types are converted to 8 bytes in memory.
     if (budget.unpacked.take(size->unpacked / type->bytes)) return Done{};
     return fail(ErrorKind::input,
                 "the array " + array.name + ": uncompressed, it and those before it would have more than " +
@@ -265,7 +260,6 @@ Outcome<Done> check_size(const File& file, const DataArray& array, Budget& budge
                 place(file, array.at), {}, "the file is damaged; if it is whole, write it uncompressed");
 }
 
-/// Precondition: equal types.
 void append(Numbers& all, const Numbers& more) {
     std::visit(
         [&]<class T>(Buffer<T>& numbers) {

@@ -26,15 +26,16 @@ namespace camber::vtu {
 
 namespace {
 
-/// Compresses well and uses all threads; a multiple of every number's size.
+/// Compresses well and leaves work for all threads; a multiple of the size of each number type.
 constexpr std::size_t block_bytes = std::size_t{1} << 17U;
-/// Mantissas hardly compress: on curved meshes with fields the default level takes twice the time and saves 1 %.
+/// Level 1 of zlib, because mantissas hardly compress: on curved meshes with fields the default level takes twice the
+/// time and saves 1 %.
 constexpr int compression_level = 1;
 
 Buffer<std::byte> compressed(std::span<const std::byte> bytes) {
     uLongf size = compressBound(static_cast<uLong>(bytes.size()));
     Buffer<std::byte> out(size);
-    // With this buffer size, lack of memory is the only possible failure.
+    // `out` has the maximum size, so the only possible failure is lack of memory.
     if (compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
                   static_cast<uLong>(bytes.size()), compression_level) != Z_OK)
         throw std::bad_alloc();
@@ -156,7 +157,6 @@ constexpr std::uint8_t cell_type(int degree, VtuCells cells) {
     return cells == VtuCells::quadratic ? quadratic[K - 1] : lagrange[K - 1];
 }
 
-/// Each function writes a part of the file and returns its XML.
 template <class Mesh>
 class Writer {
   public:
@@ -215,7 +215,6 @@ class Writer {
         return data("CellData", *references + *dimensions + *entities, Centring::cell);
     }
 
-    /// Writes entities; returns no XML if none is known.
     Outcome<std::string> entities() {
         const auto known = [](const auto& simplices) {
             return std::any_of(simplices.entities.begin(), simplices.entities.end(),
@@ -267,7 +266,7 @@ class Writer {
         return grid_.nodes() <= most && connectivity_size() <= most ? cells<std::int32_t>() : cells<std::int64_t>();
     }
 
-    /// Number of connectivity entries before elements, facets, feature edges, and in all.
+    /// Position in the connectivity of the first element, facet and feature edge, and the size of the connectivity.
     [[nodiscard]] std::array<std::size_t, 4> starts() const {
         using G = Grid<Mesh>;
         const std::size_t facets = linear_.elements.size() * G::template width<D>;

@@ -21,10 +21,11 @@ import :text;
 
 namespace camber {
 
-/// Longest number: an integer, or the shortest decimal that restores a real (−1.2345678901234567e−308), and a blank.
+/// Maximum number of bytes of a number and a blank. The longest is a real such as −1.2345678901234567e−308, in the
+/// shortest decimal form that restores it.
 inline constexpr std::size_t word_room = 26;
 
-/// Returns the end. The buffer must have `word_room` bytes.
+/// Writes a number and the separator; returns the position after them. `to` must have space for `word_room` bytes.
 template <class Number>
 [[nodiscard]] inline char* write_word(char* to, Number value, char separator) {
     to = std::to_chars(to, to + word_room - 1, value).ptr;
@@ -32,7 +33,7 @@ template <class Number>
     return to + 1;
 }
 
-/// Progress range of the next `words`, which are added to `written`.
+/// Progress range of the next `words` words, which are added to `written`. `all`: number of words in the file.
 [[nodiscard]] inline Execution next_part(const Execution& execution, std::size_t words, std::size_t& written,
                                          std::size_t all) {
     if (all == 0) return without_progress(execution);
@@ -43,7 +44,7 @@ template <class Number>
 
 class TextWriter {
   public:
-    /// `words`: number in all lines, for the progress; 0: no progress.
+    /// `words`: number of words in all lines, to which the progress is relative; 0: no progress.
     explicit TextWriter(const Execution& execution, std::size_t words = 0) : execution_(execution), words_(words) {}
 
     void put(std::string_view text) {
@@ -52,7 +53,7 @@ class TextWriter {
         chunks_.push_back(std::move(bytes));
     }
 
-    /// Writes n lines of at most `words` words in parallel; write(line number, buffer) returns the line's end.
+    /// Writes n lines of at most `words` words, in parallel. write(line number, to) writes a line and returns its end.
     Outcome<Done> lines(std::size_t n, std::size_t words, const auto& write) {
         constexpr std::size_t grain = 4096;
         const std::size_t before = chunks_.size();
@@ -82,10 +83,9 @@ class TextWriter {
 
 namespace camber::gmf {
 
-/// ASCII files: a line for each row, and the shortest decimals that restore reals.
+/// Writes ASCII files: a line for each row, with the shortest decimals that restore the reals.
 class AsciiWriter {
   public:
-    /// `words`: number in all rows, for the progress.
     AsciiWriter(int version, std::size_t words, const Execution& execution) : text_(execution, words) {
         text_.put("MeshVersionFormatted " + std::to_string(version) + "\n");
     }
@@ -102,7 +102,6 @@ class AsciiWriter {
         return text_.lines(n, RowType::words, [&](std::size_t i, char* to) { return write_row(to, row(i)); });
     }
 
-    /// Writes a count, integers on one line (field types), and rows of `width` reals.
     Outcome<Done> solution(std::size_t rows, std::span<const std::int32_t> header, std::span<const double> values) {
         std::string text = "\n" + std::string(name_of(Keyword::sol_at_vertices)) + "\n" + std::to_string(rows) + "\n";
         for (const std::int32_t word : header) text += std::to_string(word) + " ";
@@ -144,7 +143,6 @@ class AsciiWriter {
 
 namespace camber::msh {
 
-/// Integers, then reals.
 template <class Integer, std::size_t Integers, std::size_t Reals>
 struct Row {
     static constexpr std::size_t words = Integers + Reals;
@@ -154,7 +152,7 @@ struct Row {
     std::array<double, Reals> reals = {};
 };
 
-/// Writes MSH files. Numbers are words of text; in binary files int32, uint64 and double in native byte order.
+/// Writes MSH files. Numbers are words of text, or in binary files int32, uint64 and double in native byte order.
 class Sink {
   public:
     Sink(MshEncoding encoding, const Execution& execution)
@@ -162,14 +160,12 @@ class Sink {
 
     [[nodiscard]] bool binary() const { return binary_; }
 
-    /// Writes text, also in binary files.
     void text(std::string_view text) { pending_ += text; }
 
     template <class... Numbers>
     void words(Numbers... numbers) {
         (append(numbers), ...);
     }
-    /// Ends the line in text files.
     void end_line() {
         if (!binary_) pending_.back() = '\n';
     }
@@ -179,7 +175,6 @@ class Sink {
         end_line();
     }
 
-    /// Writes the n rows row(i), in parallel.
     template <class RowType>
     [[nodiscard]] Outcome<Done> rows(std::size_t n, const auto& row) {
         flush();
@@ -256,19 +251,19 @@ inline constexpr std::string_view type_name = [] {
     if constexpr (std::is_same_v<T, std::uint8_t>) return std::string_view("UInt8");
 }();
 
-/// A scalar has no component names.
 struct ArrayName {
     std::string name;
     std::vector<std::string> components = {};
 };
 
-/// Appended data of a VTU file. Each array has a header (number of blocks, bytes of a block, bytes of a shorter last
-/// block or 0, compressed bytes of each; all UInt64) and its blocks, compressed separately.
+/// Appended data of a VTU file. Each array has a header and its blocks, which are compressed separately. The header has
+/// UInt64 numbers: number of blocks, bytes of a block, bytes of a shorter last block (0: none), compressed bytes of
+/// each block.
 class AppendedArrays {
   public:
     explicit AppendedArrays(const Execution& execution) : execution_(execution) {}
 
-    /// Appends n numbers; value(i) is called in parallel. Returns the DataArray element.
+    /// Appends n numbers value(i), computed in parallel. Returns the XML element DataArray.
     template <class T, class Value>
     [[nodiscard]] Outcome<std::string> add(const ArrayName& name, std::size_t n, Value&& value) {
         const auto fill = [&](std::size_t first, std::size_t last, std::byte* to) {
@@ -280,7 +275,6 @@ class AppendedArrays {
         return append(type_name<T>, name, n, sizeof(T), fill);
     }
 
-    /// Concatenates the XML, the data and the end of the XML.
     [[nodiscard]] Chunks finish(std::string_view xml) &&;
 
   private:
@@ -293,17 +287,17 @@ class AppendedArrays {
     std::size_t bytes_ = 0;
 };
 
-/// VTK's component names, and index of each in a row of the field; −1: zero.
+/// Names of components in VTK. The value of component k is component `sources[k]` of the field, or zero if `sources[k]`
+/// is −1.
 struct Components {
     std::vector<std::string> names;
     std::vector<int> sources;
 };
 [[nodiscard]] Components components_of(FieldKind kind, int dimension);
 
-/// Names are not empty, not reserved, and legal in XML.
+/// Rules for names in VTU files: not empty, not reserved, and legal in XML.
 [[nodiscard]] FieldNames field_names();
 
-/// Escapes text for XML attributes.
 [[nodiscard]] std::string escaped(std::string_view text);
 
 }  // namespace camber::vtu

@@ -20,7 +20,6 @@ namespace xdmf {
 
 namespace {
 
-/// Type numbers in mixed grids; after that of a line follows its number of nodes.
 template <int K>
 constexpr std::size_t mixed_type = K == 1   ? 2
                                    : K == 2 ? 4
@@ -28,13 +27,11 @@ constexpr std::size_t mixed_type = K == 1   ? 2
 template <int K>
 constexpr std::size_t head_words = K == 1 ? 2 : 1;
 
-/// Names of quadratic types in uniform grids.
 template <int K>
 constexpr std::string_view curved_type = K == 1   ? "Edge_3"
                                          : K == 2 ? "Triangle_6"
                                                   : "Tetrahedron_10";
 
-/// Index of each written component in a row of the field; −1: zero.
 std::vector<int> sources_of(FieldKind kind, int dimension) {
     if (kind != FieldKind::symmetric_tensor) return vtu::components_of(kind, dimension).sources;
     if (dimension == 2) return {0, 1, -1, 1, 2, -1, -1, -1, -1};
@@ -80,7 +77,6 @@ class Writer {
     [[nodiscard]] std::size_t rows(Centring centring) const {
         return centring == Centring::node ? grid_.nodes() : cells_of(linear_);
     }
-    /// Degree 2 has only elements, or only facets if there are none.
     [[nodiscard]] bool has_elements() const { return linear_.elements.size() > 0; }
     [[nodiscard]] std::size_t cells() const {
         if constexpr (G::degree == 1)

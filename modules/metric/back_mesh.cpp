@@ -17,8 +17,9 @@ namespace camber {
 
 namespace {
 
-/// Keeps only the part of `g` along the face, edge or vertex that holds the nearest boundary point. Beyond the boundary
-/// the field is constant along the line to this point.
+/// Returns the part of the gradient `g` that is tangential to the boundary face, edge or vertex on which `location`
+/// lies. A point outside the mesh has the value of its nearest boundary point, so the field is constant along the line
+/// between them.
 template <int D>
 LogGradient<D> along_support(const LogGradient<D>& g, const StraightBack<D>& back, const Location<D>& location) {
     const auto& v = back.mesh.elements.vertices[location.element];
@@ -98,7 +99,7 @@ Outcome<Done> check_rows(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& 
 
 }  // namespace
 
-// det J ∇ξ_a is a cofactor of J, so no division is needed.
+// For the Jacobian J of the element, det J ∇ξ_a is a vector of cofactors, so no division is needed.
 template <int D>
 WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e) {
     const auto& v = back.mesh.elements.vertices[e];
@@ -360,8 +361,8 @@ void SurfaceBack::sample_edges(std::span<const BackEdge> edges, std::span<EdgeEn
     }
 }
 
-/// A triangle has only one wall at an edge: the plane through the edge, normal to the triangle. Its own normal takes
-/// the place of the second wall.
+/// At an edge of a triangle, the first wall is the plane through the edge, normal to the triangle. The second wall is
+/// the plane of the triangle.
 BackSector<3> SurfaceBack::sector(ElementId e, VertexId a, VertexId b) const {
     const auto& v = mesh.facets.vertices[e.index()];
     const TriangleFrame frame = triangle_frame(triangle_corners(mesh, e.index()));

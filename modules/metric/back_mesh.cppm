@@ -17,17 +17,18 @@ import :spd;
 
 export namespace camber {
 
-/// Derivatives ∂_i log M, i = 1 … D.
+/// Derivatives ∂ log M/∂x_i of a metric field M, for i = 1 … D.
 template <int D>
 using LogGradient = std::array<Sym<D>, D>;
 
 enum class Placement : std::uint8_t {
     inside,
-    outside,  ///< beyond the boundary; replaced by the nearest boundary point
-    lost,     ///< step limit of the search reached; replaced by a point of the best element
+    outside,  ///< the point is outside the mesh; its nearest boundary point replaces it
+    lost,     ///< the search failed; the nearest boundary point replaces the point or, without a boundary, the centre
+              ///< of an element
 };
 
-/// Location of a point or of its replacement (see `Placement`).
+/// Location of a point, or of the point that replaces it (see `Placement`).
 template <int D>
 struct Location {
     ElementId element;
@@ -35,7 +36,7 @@ struct Location {
     Placement placement = Placement::inside;
 };
 
-/// The gradient is in physical coordinates, and set only if requested.
+/// Metric field at a point. The gradient is in physical coordinates; functions that sample only values do not set it.
 template <int D>
 struct FieldSample {
     LogMetric<D> log_metric;
@@ -49,7 +50,7 @@ struct BackVertex {
     LogMetric<D> log_metric;
 };
 
-/// Edge of the field's mesh; `shell` lists the elements around it.
+/// Edge of the mesh on which the field is defined; `shell` lists the elements around the edge.
 struct BackEdge {
     VertexId a, b;
     std::span<const ElementId> shell;
@@ -58,19 +59,20 @@ struct BackEdge {
 template <int D>
 struct EdgeEnd {
     LogMetric<D> log_metric;
-    LogGradient<D> gradient{};             ///< recovered, without the effect of the mesh's own curvature
-    Mat<D> jacobian = Mat<D>::identity();  ///< F = ∂x/∂X (X: straight mesh), averaged over the shell; for the edge t, F
-                                           ///< t is the same in all its elements
+    LogGradient<D> gradient{};             ///< recovered gradient; on curved meshes that of log(Fᵀ M F), see
+                                           ///< `make_curved_back_mesh`
+    Mat<D> jacobian = Mat<D>::identity();  ///< F = ∂x/∂X for the map from the straight mesh (X) to the curved mesh (x),
+                                           ///< averaged over the shell
 };
-/// The Jacobian is linear between both ends.
+/// Field at both ends of an edge. The Jacobian F is linear along the edge.
 template <int D>
 struct EdgeEnds {
     EdgeEnd<D> a, b;
-    bool is_curved = false;  ///< true if a Jacobian is not the identity
+    bool is_curved = false;  ///< true if an element of the shell is curved
 };
 
-/// Element of an edge's shell, with the inward normals, of any length, of its two faces that contain the edge (2D: of
-/// the edge itself).
+/// One element of an edge's shell. `gradient` is the gradient of the field in the element. `walls` are normals, of any
+/// length, that point into the element: in 3D those of its two faces that contain the edge, in 2D that of the edge.
 template <int D>
 struct BackSector {
     LogGradient<D> gradient{};
@@ -82,7 +84,8 @@ class StraightBack;
 template <int D>
 class CurvedBack;
 
-/// Data for searches in packs; null pointers if unsupported. For curved fields `straight` is the reference mesh.
+/// Data of a field for code that searches several points at a time (packs); null pointers if the model does not support
+/// this. For curved fields `straight` is the straight reference mesh.
 template <int D>
 struct PackedField {
     const StraightBack<D>* straight = nullptr;
@@ -92,32 +95,32 @@ struct PackedField {
 /// Interface of metric fields on meshes. Models are immutable and safe for concurrent use. A hint is an element near
 /// the point; it changes results by rounding only.
 ///
-/// In curved elements `xi` are reference coordinates, gradients use the inverse Jacobian, and the walls of a `sector`
-/// are tangent planes at the middle of the edge.
+/// In curved elements, `Location::xi` are coordinates in the reference element, and gradients are transformed to
+/// physical space with the inverse Jacobian. The walls of a `sector` are tangent planes at the middle of the edge.
 ///
-/// Sampling functions write the sample of `points[i]` to `out[i]`. The first search starts from `hint`, each later one
-/// from the previous element, so consecutive points should be close. Results are bitwise those of calls with single
-/// points.
+/// Sampling functions write the sample of `points[i]` to `out[i]`. The search for the first point starts from `hint`,
+/// each later search from the element of the previous point, so consecutive points should be close. Results are bitwise
+/// those of calls with single points and these hints.
 template <int D>
 class BackModel {
   public:
     virtual ~BackModel() = default;
 
     [[nodiscard]] virtual Location<D> locate(const Vec<D>& p, ElementId hint) const = 0;
-    /// Leaves the gradients in `out` unchanged.
+    /// Samples only values; the gradients in `out` remain unchanged.
     virtual void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const = 0;
-    /// Gradients are those of the field in the point's element; beyond the boundary, those of the constant
-    /// continuation.
+    /// Samples values, and the gradients of the field in each point's element. Outside the mesh, gradients are those of
+    /// the constant continuation from the nearest boundary point.
     virtual void sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
                                        std::span<FieldSample<D>> out) const = 0;
-    /// Recovered gradients are continuous across faces.
+    /// Samples values and recovered gradients: interpolated means around vertices, which are continuous across faces.
     virtual void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                                  std::span<FieldSample<D>> out) const = 0;
 
     /// Samples the field at both ends of each edge.
     virtual void sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const = 0;
 
-    /// Returns no data if packs are unsupported; edges are then searched one by one.
+    /// Returns null pointers if the model does not support packs; callers then search edges one by one.
     [[nodiscard]] virtual PackedField<D> packed() const { return {}; }
 
     [[nodiscard]] virtual std::size_t vertex_count() const = 0;
@@ -133,7 +136,8 @@ class BackModel {
     BackModel& operator=(BackModel&&) = default;
 };
 
-/// Metric field on a mesh: an immutable handle, cheap to copy. `->` requires a model.
+/// Handle of a metric field on a mesh; immutable and cheap to copy. A default-constructed handle has no model, so `->`
+/// must not be used.
 template <int D>
 class BackMesh {
   public:
@@ -149,44 +153,50 @@ class BackMesh {
     std::shared_ptr<const BackModel<D>> model_;
 };
 
-/// Vertex gradients that a curved back mesh stores. Without `recovered`, recovered gradients are those in the elements;
-/// without `sampled`, edges sample a constant field.
+/// Vertex gradients that a curved back mesh stores. Without `recovered`, functions for recovered gradients return the
+/// gradients in the elements. Without `sampled`, `sample_edges` returns zero gradients.
 enum class StoredGradients : std::uint8_t {
     recovered,
-    sampled,  ///< gradients for `sample_edges`, used to compute offsets of edge nodes
+    sampled,  ///< for `sample_edges`, whose gradients determine the offsets of edge nodes
     all,
 };
 
-/// Makes the field of the paper (§1.2): log-metrics at the vertices of a straight mesh, linear in each element,
-/// constant along the normal beyond the boundary. Recovered gradients interpolate volume-weighted means over vertex
-/// balls. On standalone surfaces an element id is a triangle's number. Errors: not one row per vertex; those of
-/// `neighbours`; stopped.
+/// Makes a field from log-metrics at the vertices of a straight mesh (paper, §1.2). It is linear in each element, and
+/// constant along the normal beyond the boundary. Recovered gradients interpolate volume-weighted means over the
+/// elements around each vertex. On standalone surface meshes, an element id is the number of a triangle. Errors: not
+/// one row per vertex; those of `neighbours`; stopped.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   Column<LogMetric<D>> log_metrics, const Execution& execution);
 
-/// Makes a field that follows the curves of a quadratic mesh (docs/algorithms/curved-back-mesh.md). It is linear at a
-/// point X of the straight mesh, which maps to x(X) = X + Σ 4 ξ_i ξ_j u_e; u_e is the offset of an edge node from the
-/// chord's middle. Gradients use F⁻ᵀ with F = ∂x/∂X. Beyond the boundary X is the nearest point of the straight mesh.
-/// In invalid elements, which have no inverse map, X is the last iterate of Newton's method.
+/// Makes a field that follows the curved edges of a quadratic mesh (docs/algorithms/curved-back-mesh.md). The map
 ///
-/// Edges sample gradients of log(Fᵀ M F), that is relative to the mesh's curves. If all offsets are zero, the result is
-/// a straight back mesh. Releases the mesh nodes. Errors: those of `make_back_mesh`.
+///     x(X) = X + Σ 4 ξ_i ξ_j u_e (sum over the edges e = i–j of an element)
+///
+/// takes the point X of the straight mesh with barycentric coordinates ξ to the curved mesh. u_e is the vector from the
+/// chord's middle to the edge node. The value at x is the linear interpolation at X. Gradients are transformed by F⁻ᵀ
+/// with F = ∂x/∂X. For points outside the mesh, X is the nearest point of the straight mesh. In invalid elements, which
+/// have no inverse map, X is the last iterate of Newton's method.
+///
+/// `sample_edges` returns gradients of log(Fᵀ M F): the metric relative to the curved edges. If all u_e are zero, the
+/// result is a straight back mesh. The memory of the edge nodes in `mesh` is released. Errors: those of
+/// `make_back_mesh`.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                          Column<LogMetric<D>> log_metrics, const Execution& execution,
                                                          StoredGradients stored = StoredGradients::all);
 
-/// Makes a field without gradients from other log-metrics on the straight mesh of a back mesh, whose location data it
-/// shares. Errors: not one row per vertex; no straight mesh (internal).
+/// Makes a field from the straight mesh of `back` and other log-metrics, without vertex gradients. Both fields share
+/// the data for locating points. Errors: not one row per vertex; `back` has no straight mesh (internal).
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetric<D>> log_metrics);
 
-/// Returns ∇ξ_i of the barycentric coordinates; they sum to zero.
+/// Returns the gradients ∇ξ_i of the barycentric coordinates of element `e`.
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D + 1> barycentric_gradients(const LinearMesh<D>& mesh, ElementId e);
 
-/// Locates p. On a straight mesh it walks from the element `hint`, or else from the nearest boundary point.
+/// Locates p. On a straight mesh the search walks through neighbouring elements, first from `hint`, then from the
+/// nearest boundary point.
 template <int D>
 [[nodiscard]] Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
     return back->locate(p, hint);
@@ -224,38 +234,42 @@ struct NodalLogs {
     friend bool operator==(const NodalLogs&, const NodalLogs&) = default;
 };
 
-/// Gives each edge node the mean of both ends, so that form (4) becomes linear (paper §2.1). Errors: memory, stopped.
+/// Sets the log-metric of each edge node to the mean of both ends; the quadratic interpolation is then linear. Errors:
+/// memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<NodalLogs<D>> nodal_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
                                                const Execution& execution);
 
-/// Gives each edge node the `frame_mean` of both ends, which preserves sizes if axes turn. Errors: memory, stopped.
+/// Sets the log-metric of each edge node to the `frame_mean` of both ends, which preserves sizes if the axes rotate
+/// along the edge. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<NodalLogs<D>> framed_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
                                                 const Execution& execution);
 
-/// Makes the field of form (4) (docs/algorithms/metric-interpolation.md) on the curved elements of a quadratic mesh.
+/// Makes a field on the curved elements of a quadratic mesh from log-metrics at all nodes, by form (4) of
+/// docs/algorithms/metric-interpolation.md.
 ///
-/// The straight mesh may be invalid. A point is located inside an element only if this is proven (`root_radius`).
-/// Beyond the boundary the nearest point of the curved boundary is used. Recovered gradients are linear between
-/// volume-weighted ball means. Edges sample the field in space and ignore the mesh's curves. On straight meshes with
-/// `nodal_logs`, results equal those of `make_back_mesh` up to rounding.
+/// The straight elements may be inverted. A point is located inside an element only if this is proven (`root_radius`).
+/// Points outside the mesh have the value of the nearest point of the curved boundary. Recovered gradients are linear
+/// between volume-weighted means at the vertices. `sample_edges` returns gradients in physical space, without a
+/// Jacobian. On straight meshes with logs from `nodal_logs`, results equal those of `make_back_mesh` up to rounding.
 ///
 /// Errors: not one row per vertex and edge; those of `neighbours`; memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                         NodalLogs<D> logs, const Execution& execution);
 
-/// Returns ρ such that F_K(ξ) = p, with F_K the map of the element, has exactly one solution with each of ξ_1 … ξ_D
-/// within ρ of `location.xi`, in exact arithmetic for the stored nodes; no value if unproven. Method: Kantorovich's
-/// theorem (docs/algorithms/back-mesh-location.md). If all ξ exceed D ρ, p lies in the element. It lies in no other
-/// element if camber.validity certifies the mesh and no faces cross.
+/// Returns a radius ρ such that the equation F(ξ) = p has exactly one solution with each of ξ_1 … ξ_D within ρ of
+/// `location.xi`. F is the map of the element; the statement holds in exact arithmetic for the stored nodes. Returns no
+/// value if this is not proven. Method: Kantorovich's theorem (docs/algorithms/back-mesh-location.md). If all
+/// coordinates of `location.xi` exceed D ρ, p lies in the element. Then p lies in no other element if camber.validity
+/// certifies the mesh and no faces cross.
 template <int D>
 [[nodiscard]] std::optional<double> root_radius(const QuadraticMesh<D>& mesh, const Location<D>& location,
                                                 const Vec<D>& p);
 
-/// Computes C = ∫ sqrt(det M) over curved elements, with five Gauss points per direction. Errors: those of
-/// `make_nodal_back_mesh`.
+/// Computes the complexity C = ∫ sqrt(det M) dx of the field M over the curved elements, with five Gauss points per
+/// direction. Errors: those of `make_nodal_back_mesh`.
 template <int D>
 [[nodiscard]] Outcome<double> complexity(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs,
                                          const Execution& execution);
@@ -264,7 +278,8 @@ template <int D>
 
 export namespace camber {
 
-/// Locates points in a quadratic mesh. Immutable, safe for concurrent use; ignores the straight elements.
+/// Locates points in the curved elements of a quadratic mesh, whose straight elements may be inverted. Immutable, and
+/// safe for concurrent use.
 template <int D>
 class CurvedLocator {
   public:
@@ -274,8 +289,9 @@ class CurvedLocator {
     BoxTree<D> boundary_tree;
     BoxTree<D> element_tree;
 
-    /// Returns the element of p. It is `inside` only if proven (`root_radius`); otherwise the nearest point of the
-    /// curved boundary is returned. `hint` changes the result by rounding only. The mesh must have elements.
+    /// Finds the element that contains p. The placement is `inside` only if this is proven (`root_radius`). Otherwise
+    /// the result is the nearest point of the curved boundary. `hint` is an element near p; it changes the result by
+    /// rounding only. The mesh must have elements.
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const;
     /// Returns an element whose bounding box contains p, if any.
     [[nodiscard]] ElementId hint_for(const Vec<D>& p) const;
@@ -318,7 +334,7 @@ struct Quadrature {
     return rule;
 }
 
-/// Quadrature points for reported lengths and gains; minimisations use fewer.
+/// Number of quadrature points per edge for reported lengths. Minimisations use fewer points.
 inline constexpr int report_points = 12;
 
 }  // namespace camber

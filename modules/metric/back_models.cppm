@@ -16,14 +16,15 @@ namespace camber {
 template <int D>
 using Barycentrics = std::array<double, D + 1>;
 
-/// Barycentric coordinates of an element as functions u_i(x): Σ u_i = 1, and u_i is δ_ij at vertex j.
+/// Barycentric coordinates u_i of an element, as linear functions of the position x: Σ u_i = 1, and u_i at vertex j is
+/// δ_ij.
 export template <int D>
 struct ElementFrame {
     std::array<Vec<D>, D + 1> p;         ///< corners
-    std::array<Vec<D>, D + 1> gradient;  ///< ∇u_i; they sum to zero
-    int base = 0;                        ///< corner from which differences of coordinates are taken
+    std::array<Vec<D>, D + 1> gradient;  ///< gradients ∇u_i
+    int base = 0;                        ///< corner relative to which positions are measured
     double determinant = 0;              ///< D! times the signed volume
-    double condition_squared = 0;        ///< square of the factor by which u amplifies rounding errors
+    double condition_squared = 0;        ///< square of the factor by which rounding errors of coordinates grow in u_i
 
     ElementFrame(const LinearMesh<D>& mesh, ElementId e) {
         const auto& v = mesh.elements.vertices[e];
@@ -61,16 +62,16 @@ struct ElementFrame {
         u[base] = rest;
         return u;
     }
-    /// Points outside the element by at most this barycentric distance count as inside, so that rounding does not
-    /// exclude a point of a face from both of its elements.
+    /// A point counts as inside if u_i ≥ −tolerance() for all i. With zero tolerance, rounding could place a point of a
+    /// face outside both elements of the face.
     [[nodiscard]] double tolerance() const {
         return condition_squared < 1e4 ? 1e-12 : std::min(1e-14 * std::sqrt(condition_squared), 1e-4);
     }
 
   private:
-    /// Computes gradients of a needle, whose sides are almost parallel: their cross products would be rounding errors.
-    /// So a shear, which preserves the determinant, first removes the sides' components along the longest side. The
-    /// remainder is as exact as the coordinates.
+    /// Computes the gradients of a needle. Its sides are almost parallel, so their cross products would consist of
+    /// rounding errors. Therefore the component along the longest side is first subtracted from each other side. This
+    /// shear preserves the determinant, and the remaining vectors are as exact as the coordinates.
     void measure_slim() {
         const auto [from, to] = longest_side();
         base = from;
@@ -125,7 +126,8 @@ class StraightBack final : public BackModel<D> {
   public:
     LinearMesh<D> mesh;
     Column<LogMetric<D>> log_metrics;
-    Column<LogGradient<D>> nodal_gradients;  ///< volume-weighted ball means; may be empty
+    Column<LogGradient<D>> nodal_gradients;  ///< volume-weighted means over the elements around each vertex; may be
+                                             ///< empty
     Neighbours<D> neighbours;
     Column<ElementFace> boundary;
     BoxTree<D> boundary_tree;
@@ -142,9 +144,9 @@ class StraightBack final : public BackModel<D> {
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
-    /// ∂_i log M = Σ_j ∂_i u_j log M_j, constant in an element.
+    /// Returns ∂ log M/∂x_i = Σ_j ∂u_j/∂x_i log M_j, which is constant in the element (log M_j: value at vertex j).
     [[nodiscard]] LogGradient<D> gradient_in(ElementId e) const;
-    /// log M = Σ ξ_i log M_i (paper §1.2); the next two functions return its gradients, as sampled.
+    /// Returns log M = Σ ξ_i log M_i from the values log M_i at the vertices.
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> gradient_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> recovered_gradient_at(const Location<D>& location) const;
@@ -155,7 +157,7 @@ template <int D>
 [[nodiscard]] Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           Column<LogMetric<D>> log_metrics, const Execution& execution);
 
-/// Gradient times volume, and volume, both times D!.
+/// Volume of an element, and the product of the gradient and this volume; both are multiplied by D!.
 template <int D>
 struct WeightedGradient {
     LogGradient<D> gradient{};
@@ -164,13 +166,15 @@ struct WeightedGradient {
 template <int D>
 [[nodiscard]] WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e);
 
-/// Returns volume-weighted means over vertex balls. Errors: memory, stopped.
+/// Returns for each vertex the volume-weighted mean of the gradients in the elements around it. Errors: memory,
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back,
                                                              const Incidence<ElementId>& balls,
                                                              const Execution& execution);
 
-/// Unit tangents (the first along the first edge), unit normal and barycentric gradients. All are 0 if the area is 0.
+/// Unit tangents of a triangle (the first along its first edge), its unit normal, and the gradients of its barycentric
+/// coordinates. All are 0 if the area is 0.
 struct TriangleFrame {
     std::array<Vec<3>, 2> tangents{};
     Vec<3> normal{};
@@ -184,13 +188,14 @@ struct TriangleFrame {
     return {mesh.points[v[0]], mesh.points[v[1]], mesh.points[v[2]]};
 }
 
-/// Back mesh of a standalone surface mesh: log-metrics are linear in triangles. Other points have the value of the
-/// nearest surface point.
+/// Back mesh of a standalone surface mesh. Log-metrics are linear in each triangle. A point off the surface has the
+/// value of the nearest surface point.
 class SurfaceBack final : public BackModel<3> {
   public:
     LinearMesh<3> mesh;
     Column<LogMetric<3>> log_metrics;
-    Column<LogGradient<3>> nodal_gradients;  ///< area-weighted ball means; may be empty
+    Column<LogGradient<3>> nodal_gradients;  ///< area-weighted means over the triangles around each vertex; may be
+                                             ///< empty
     BoxTree<3> tree;
 
     [[nodiscard]] Location<3> locate(const Vec<3>& p, ElementId hint) const override;
@@ -211,26 +216,28 @@ class SurfaceBack final : public BackModel<3> {
 [[nodiscard]] Outcome<SurfaceBack> make_surface_back(const LinearMesh<3>& mesh, Column<LogMetric<3>> log_metrics,
                                                      const Execution& execution);
 
-/// Returns area-weighted log-Euclidean means of the triangles' natural metrics at the vertices. A triangle has no size
-/// along its normal; the geometric mean of its in-plane sizes is used. Vertices without triangles get the identity
-/// metric.
+/// Returns at each vertex the area-weighted log-Euclidean mean of the natural metrics of the triangles around it. Along
+/// its normal, a triangle's metric has the geometric mean of the in-plane sizes. Vertices without triangles get the
+/// identity metric.
 [[nodiscard]] Outcome<Buffer<LogMetric<3>>> natural_surface_log_metrics(const LinearMesh<3>& mesh,
                                                                         const Execution& execution);
 
 template <int D>
 struct MappedPoint {
-    Vec<D> point;     ///< x(X)
+    Vec<D> point;     ///< point x(X) of the curved mesh, for a point X of the straight mesh
     Mat<D> jacobian;  ///< F = ∂x/∂X
 };
 
-/// Back mesh of a quadratic mesh, stored as its straight mesh and the nodes' displacements.
+/// Back mesh of a quadratic mesh, stored as its straight mesh and the displacements of the edge nodes.
 template <int D>
 class CurvedBack final : public BackModel<D> {
   public:
     StraightBack<D> reference;
     EdgeSet<D> edges;
-    Column<Vec<D>> displacements;  ///< offset of each edge node from the chord's middle
-    /// Ball means of the gradients of log(Fᵀ M F), linear in each element, transformed to physical space; may be empty.
+    Column<Vec<D>> displacements;  ///< vector from the middle of each edge's chord to the edge node
+    /// Gradients for `sample_edges`; may be empty. In each element the gradient is that of log(Fᵀ M F), interpolated
+    /// linearly from its values at the corners. At each vertex these gradients are averaged over the elements around
+    /// it, with the volumes as weights, and transformed to physical space.
     Column<LogGradient<D>> relative_gradients;
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;
@@ -249,15 +256,15 @@ class CurvedBack final : public BackModel<D> {
     [[nodiscard]] MappedPoint<D> at(const Location<D>& location) const;
 };
 
-/// Quadratic K-simplex in D dimensions, relative to its vertex 0:
+/// Quadratic K-simplex in D dimensions with the map F, stored relative to its vertex P_0:
 ///     F(ξ) − P_0 = Σ_i ξ_i d_i + Σ_e 4 ξ_i ξ_j u_e, d_i = P_i − P_0,
-/// where u_e is the offset of an edge node from the chord's middle. Differences of stored numbers keep errors relative
-/// to the element's size.
+/// where u_e is the vector from the middle of the chord of edge e = i–j to the edge node. Since only differences are
+/// stored, rounding errors are relative to the size of the element.
 template <int K, int D>
 struct CurvedSimplex {
     Vec<D> origin;
-    std::array<Vec<D>, K + 1> d{};                 ///< d_0 = 0
-    std::array<Vec<D>, edges_per_simplex<K>> u{};  ///< offsets in the order of `local_edges`
+    std::array<Vec<D>, K + 1> d{};                 ///< d_i = P_i − P_0
+    std::array<Vec<D>, edges_per_simplex<K>> u{};  ///< u_e in the order of `local_edges`
 
     [[nodiscard]] Vec<D> point(const std::array<double, K + 1>& xi) const {
         Vec<D> p;
@@ -265,7 +272,7 @@ struct CurvedSimplex {
         for (int e = 0; e < edges_per_simplex<K>; ++e) p += edge_shape<K>(xi, e) * u[e];
         return p;
     }
-    /// ∂F/∂ξ_a for a = 1 … K, with ξ_0 = 1 − Σ ξ_a.
+    /// Returns ∂F/∂ξ_a for a = 1 … K, with ξ_0 = 1 − Σ ξ_a.
     [[nodiscard]] std::array<Vec<D>, K> derivatives(const std::array<double, K + 1>& xi) const {
         std::array<Vec<D>, K + 1> partial = d;
         for (int e = 0; e < edges_per_simplex<K>; ++e) add_edge_derivatives<K>(xi, e, u[e], partial);
@@ -273,7 +280,7 @@ struct CurvedSimplex {
         for (int a = 0; a < K; ++a) columns[a] = partial[a + 1] - partial[0];
         return columns;
     }
-    /// The constants ∂²F/∂ξ_a ∂ξ_b for a, b = 1 … K.
+    /// Returns the second derivatives ∂²F/∂ξ_a ∂ξ_b, which are constant, for a, b = 1 … K.
     [[nodiscard]] std::array<std::array<Vec<D>, K>, K> second() const {
         std::array<std::array<Vec<D>, K + 1>, K + 1> h{};
         for (int e = 0; e < edges_per_simplex<K>; ++e) {
@@ -285,8 +292,8 @@ struct CurvedSimplex {
             for (int b = 0; b < K; ++b) out[a][b] = h[a + 1][b + 1] - h[a + 1][0] - h[0][b + 1];
         return out;
     }
-    /// Blossom: the symmetric bilinear form with blossom(ξ, ξ) = F(ξ) − P_0. At the corners of a subsimplex it gives
-    /// the Bézier points of the subsimplex.
+    /// Returns the blossom of F − P_0: the symmetric biaffine form with blossom(ξ, ξ) = F(ξ) − P_0. Applied to the
+    /// corners of a subsimplex, the blossom yields the Bézier points of the subsimplex, relative to P_0.
     [[nodiscard]] Vec<D> blossom(const std::array<double, K + 1>& a, const std::array<double, K + 1>& b) const {
         Vec<D> p;
         for (int i = 1; i <= K; ++i) p += (0.5 * (a[i] + b[i])) * d[i];
@@ -296,7 +303,7 @@ struct CurvedSimplex {
         }
         return p;
     }
-    /// Bounding box of the Bézier points, enlarged by a rounding bound.
+    /// Returns the bounding box of the Bézier points, enlarged by a bound of rounding errors.
     [[nodiscard]] Box<D> box() const {
         Box<D> box;
         for (int i = 0; i <= K; ++i) box.include(origin + d[i]);
@@ -335,7 +342,7 @@ template <int D>
     return curved_simplex<D, D>(corners, nodes);
 }
 
-/// Corners are ordered as in `face_opposite`.
+/// Returns a face of an element. Its corners are ordered as in `face_opposite`.
 template <int D>
 [[nodiscard]] CurvedSimplex<D - 1, D> curved_face(const QuadraticMesh<D>& mesh, const ElementFace& face) {
     const auto local = face_opposite<D>(static_cast<int>(face.opposite));
@@ -367,15 +374,15 @@ template <int K>
     return out;
 }
 
-/// Approximate solution of F(ξ) = P_0 + r.
+/// Approximate solution of F(ξ) = P_0 + r for the map F of a `CurvedSimplex`.
 template <int D>
 struct Root {
     Barycentrics<D> xi{};
     bool is_proven = false;
-    double radius = 0;      ///< radius (maximum norm of ξ_1 … ξ_D) of a ball with exactly one solution
-    double uniqueness = 0;  ///< radius of a ball around ξ without any other solution
+    double radius = 0;      ///< radius of a ball around ξ with exactly one solution (maximum norm of ξ_1 … ξ_D)
+    double uniqueness = 0;  ///< radius of a larger ball around ξ without a second solution
 
-    /// Bound of the rounding error of ξ: coordinates above its negative count as inside.
+    /// Bound of the error of ξ. A point counts as inside if all coordinates are ≥ −tolerance().
     [[nodiscard]] double tolerance() const {
         constexpr double least = 1e-12;
         return D * radius > least ? D * radius : least;
@@ -388,13 +395,13 @@ struct Root {
     }
 };
 
-/// Proves that a solution lies near ξ by Kantorovich's theorem, with an approximate inverse Jacobian. It uses
-/// coordinates in which thin, strongly bent elements are well proportioned.
+/// Proves by Kantorovich's theorem that F(ξ) = P_0 + r has a solution near `xi`. `inverse` is an approximate inverse
+/// Jacobian. The proof uses scaled coordinates in which thin, strongly bent elements are well proportioned.
 template <int D>
 [[nodiscard]] Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi,
                                   const Mat<D>& inverse);
 
-/// Last iterate of Newton's method; its first iterate if it did not converge.
+/// Result of Newton's method: the last iterate, or the first one if the method did not converge.
 template <int D>
 struct RootIterate {
     Barycentrics<D> xi{};
@@ -406,7 +413,8 @@ template <int D>
 template <int D>
 [[nodiscard]] Root<D> newton_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);
 
-/// Fast test: returns false if all Bézier points of the element lie on one side of r.
+/// Fast test whether the element may contain the point P_0 + r. Returns false if a plane through this point has all
+/// Bézier points of the element on one side.
 template <int D>
 [[nodiscard]] bool may_contain(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
@@ -417,9 +425,10 @@ struct Found {
     Root<D> root;
 };
 
-/// Searches for r by bisection. It discards a part whose Bézier points lie on one side of r. It also discards a part
-/// within the uniqueness radius of a proven solution that is outside the element. Newton's method starts from the
-/// parts' centres.
+/// Searches the element for the point P_0 + r by bisection. Newton's method starts from the centres of the parts. A
+/// part is discarded in two cases:
+/// - All its Bézier points lie on one side of a plane through the point.
+/// - It lies within the uniqueness radius of a proven solution, and this solution is outside the element.
 template <int D>
 [[nodiscard]] Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
@@ -428,7 +437,8 @@ class NodalBack final : public BackModel<D> {
   public:
     CurvedLocator<D> places;
     NodalLogs<D> logs;
-    Column<LogGradient<D>> recovered;  ///< volume-weighted means over vertex balls
+    Column<LogGradient<D>> recovered;  ///< recovered gradients: volume-weighted means over the elements around each
+                                       ///< vertex
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override { return places.locate(p, hint); }
     void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const override;
@@ -448,8 +458,8 @@ class NodalBack final : public BackModel<D> {
     [[nodiscard]] LogGradient<D> gradient_at(ElementId e, const std::array<double, D + 1>& xi) const;
 };
 
-/// Nearest boundary point of p. `is_beyond` is true if that point is interior to its face and p on the face's outer
-/// side.
+/// Nearest boundary point of a point p. `is_beyond` is true if the nearest point lies in the interior of its face and p
+/// lies on the outer side of the face.
 template <int D>
 struct NearestOnCurved {
     ElementFace face;
@@ -459,8 +469,8 @@ struct NearestOnCurved {
 template <int D>
 [[nodiscard]] NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D>& p);
 
-/// Returns ∂ξ/∂p for the point of a face nearest to p, one row for each of ξ_1 … ξ_D. A nearest point on an edge or
-/// vertex of the face moves only along it.
+/// Returns the derivative ∂ξ/∂p of the boundary point nearest to p, one row for each of its coordinates ξ_1 … ξ_D. A
+/// nearest point on an edge of a face moves only along this edge; one at a vertex does not move.
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D> nearest_point_derivative(const CurvedLocator<D>& back, const Location<D>& location,
                                                              const Vec<D>& p);
@@ -469,14 +479,14 @@ template <int D>
 
 namespace camber {
 
-/// Returns `hint`, or no element if it is out of range: it may belong to another mesh.
+/// Returns `hint`, or no element if the mesh has no element of this number.
 template <int D>
 [[nodiscard]] ElementId element_or_none(const LinearMesh<D>& mesh, ElementId hint) {
     return hint.valid() && hint.index() < mesh.elements.size() ? hint : ElementId{};
 }
 
-/// Returns the vertex of e that is bitwise equal to p, if any. Fields are often sampled at their own vertices; rounding
-/// would put half of those on the boundary outside.
+/// Returns the location of p if p is bitwise equal to a vertex of `e`. Fields are often sampled at the vertices of
+/// their own mesh. Without this test, rounding would place half of the boundary vertices outside.
 template <int D>
 [[nodiscard]] std::optional<Location<D>> at_vertex_of(const LinearMesh<D>& mesh, ElementId e, const Vec<D>& p) {
     if (!e.valid()) return {};
@@ -490,7 +500,8 @@ template <int D>
     return {};
 }
 
-/// Returns F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v, where u_vj is the offset of edge v–j and `gradients` are ∇ξ_j.
+/// Returns the Jacobian F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v of `e`. u_vj is the vector from the middle of the
+/// chord v–j to the edge node, and `gradients` are the ∇ξ_j.
 template <int D>
 [[nodiscard]] Mat<D> jacobian_at_corner(const CurvedBack<D>& back, ElementId e, VertexId v,
                                         const std::array<Vec<D>, D + 1>& gradients);
@@ -500,11 +511,11 @@ template <int D>
                                                                  const Incidence<ElementId>& balls,
                                                                  const Execution& execution);
 
-/// Elements per block: enough for many threads, few enough for a core's cache.
+/// Number of elements per block: enough for many threads, few enough for the cache of a core.
 inline constexpr std::size_t ball_block = 8192;
 
-/// Calls `visit(v, elements)` for each corner v of `e` whose ball has `e` as its first element in [first, last).
-/// `elements` is the ball within that range, ascending.
+/// Calls `visit(v, elements)` for those corners v of `e` for which `e` is the first element around v with a number in
+/// [first, last). `elements` lists all elements around v in this range, in ascending order.
 template <int D>
 void visit_balls_of(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, ElementId e, std::size_t first,
                     std::size_t last, const auto& visit) {
@@ -526,9 +537,12 @@ template <std::size_t N>
     return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), v) - corners.begin());
 }
 
-/// Sums contributions of elements to their corners over vertex balls, in blocks to limit memory. `make(begin, end,
-/// parts)` computes the contributions of elements [begin, end). `add(v, each_part)` adds those to vertex v:
-/// `each_part(f)` calls `f(part)` by ascending element. One thread at a time works on a vertex.
+/// Sums contributions of elements at their corners over the elements around each vertex. It works in blocks of elements
+/// to limit memory.
+/// - `make(begin, end, parts)` computes the contributions of the elements [begin, end).
+/// - `add(v, each_part)` adds contributions to vertex v. `each_part(f)` calls `f(part)` for each of them, by ascending
+///   element.
+/// Only one thread at a time works on a vertex.
 template <class Part, int D>
 [[nodiscard]] Outcome<Done> sum_over_balls(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                            const Execution& execution, const auto& make, const auto& add) {

@@ -14,7 +14,8 @@ namespace camber {
 
 namespace {
 
-/// Step (barycentric) below which Newton's method ends; the remaining error is about its square.
+/// Newton's method ends if a step, in barycentric coordinates, is below this limit. The remaining error is about the
+/// square of the step.
 constexpr double small_step = 1e-5;
 constexpr int max_steps = 10;
 
@@ -28,7 +29,7 @@ void add(Mat<D>& sum, const Mat<D>& a) {
     for (int i = 0; i < D; ++i) sum.column[i] += a.column[i];
 }
 
-/// Transforms derivatives to physical space: ∂_i = Σ_j (F⁻¹)_ji ∂_Xj.
+/// Transforms derivatives by X to derivatives by x: ∂/∂x_i = Σ_j (F⁻¹)_ji ∂/∂X_j, with F in `jacobian`.
 template <int D>
 LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) {
     const Mat<D> back = inverse(jacobian);
@@ -41,14 +42,14 @@ LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) 
 template <int D>
 Vec<D> reference_point(const CurvedBack<D>& back, const Location<D>& location) {
     const auto& v = back.reference.mesh.elements.vertices[location.element];
-    // The sum starts at a corner, since the origin may be far away and rounding would grow.
+    // The sum starts at a corner. Relative to the origin, which may be far away, rounding errors would be larger.
     const Vec<D>& from = back.reference.mesh.points[v[0]];
     Vec<D> p = from;
     for (int i = 1; i <= D; ++i) p += location.xi[i] * (back.reference.mesh.points[v[i]] - from);
     return p;
 }
 
-/// Largest component of a step in barycentric coordinates.
+/// Returns the largest change of a barycentric coordinate due to `step`.
 template <int D>
 double share_of_element(const std::array<Vec<D>, D + 1>& gradients, const Vec<D>& step) {
     double most = 0;
@@ -56,7 +57,7 @@ double share_of_element(const std::array<Vec<D>, D + 1>& gradients, const Vec<D>
     return most;
 }
 
-/// Displacement Σ 4 ξ_i ξ_j u_e at the centre. In stacks of thin elements it is close to that in the neighbours.
+/// Returns the displacement of the element's centre. In stacks of thin elements, neighbours have similar displacements.
 template <int D>
 Vec<D> displacement_at_centre(const CurvedBack<D>& back, ElementId e) {
     Vec<D> sum;
@@ -174,7 +175,8 @@ template <int D>
 Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                            Column<LogMetric<D>> log_metrics, const Execution& execution,
                                            StoredGradients stored) {
-    // A curved surface is close to its triangles, and the field of a surface is constant along their normals.
+    // The curved triangles of a standalone surface are close to the straight ones, and the field is constant along
+    // their normals. So the field of the straight mesh is sufficient.
     if (is_standalone_surface(mesh.linear))
         return make_back_mesh(mesh.linear, balls, std::move(log_metrics), execution);
     auto displacements = map_each(part_of(execution, 0, 0.03), mesh.edges.size(), [&](std::size_t e) {
@@ -214,7 +216,8 @@ using Part = WeightedGradient<D>;
 template <int D>
 using Parts = std::array<Part<D>, D + 1>;
 
-/// D! times the volume. Cancellation in thin elements does not matter for the weight in a mean.
+/// Returns D! times the volume, the weight of an element in means. Cancellation in thin elements does not matter for a
+/// weight.
 template <int D>
 double volume_of(const LinearMesh<D>& mesh, ElementId e) {
     const auto& v = mesh.elements.vertices[e];
@@ -309,7 +312,7 @@ template <int D>
     return r;
 }
 [[nodiscard, gnu::always_inline]] inline MatPack<3> inverse(const MatPack<3>& a) {
-    MatPack<3> rows;  // transposed cofactors
+    MatPack<3> rows;  // column i is row i of det(a) a⁻¹
     for (int i = 0; i < 3; ++i) {
         const VecPack<3>& b = a.column[(i + 1) % 3];
         const VecPack<3>& c = a.column[(i + 2) % 3];
@@ -325,7 +328,8 @@ template <int D>
     return r;
 }
 
-/// Transforms to physical space: derivatives by F⁻ᵀ, tensors from the frame of M̂ to that of M.
+/// Transforms the gradient of log M̂, with M̂ = Fᵀ M F, to physical space. Directions of derivatives are transformed by
+/// F⁻ᵀ (F: `jacobian`), and tensors by the rotation `axes` from the frame of M̂ to that of M.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline GradientPack<D> pushed_forward(const GradientPack<D>& gradient,
                                                                         const MatPack<D>& jacobian,

@@ -56,7 +56,7 @@ Outcome<CurvedLocator<D>> make_curved_locator(QuadraticMesh<D> mesh, const Incid
 
 namespace {
 
-/// Step below which Newton's method ends; the remaining error is about its square.
+/// Newton's method ends if a step is below this limit. The remaining error is about the square of the step.
 constexpr double small_step = 1e-6;
 constexpr int max_steps = 12;
 
@@ -67,7 +67,7 @@ double largest(const Vec<D>& v) {
     return most;
 }
 
-/// Bounds the rounding error of each coordinate of r − F(ξ).
+/// Returns a bound of the rounding error of each coordinate of r − F(ξ).
 template <int D>
 Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi) {
     Vec<D> bound;
@@ -84,13 +84,14 @@ Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Baryc
     return bound;
 }
 
-/// Coordinates z of a step δ = B z in ξ, in which thin, bent elements are well proportioned
-/// (docs/algorithms/back-mesh-location.md).
+/// Scaled coordinates z of a step in ξ: δξ = B z. In z, thin and bent elements are well proportioned
+/// (docs/algorithms/back-mesh-location.md). Q is an orthonormal frame whose first axis is the thinnest direction of the
+/// element. W is the diagonal matrix of the units of z along these axes.
 template <int D>
 struct Scaled {
-    Mat<D> b;                      ///< B = ∂ξ/∂z, about J⁻¹ Q W; Q: frame along the thinnest direction, W: units
-    Mat<D> p;                      ///< W⁻¹ Qᵀ, applied to the residual r − F(ξ)
-    std::array<Mat<D>, D> second;  ///< [k]: second derivatives by z of coordinate k of W⁻¹ Qᵀ F
+    Mat<D> b;                      ///< B ≈ J⁻¹ Q W (J: Jacobian of the element)
+    Mat<D> p;                      ///< P = W⁻¹ Qᵀ, which transforms the residual r − F(ξ)
+    std::array<Mat<D>, D> second;  ///< [k]: second derivatives of coordinate k of P F by z
 };
 template <int D>
 Mat<D> frame_along(const Vec<D>& direction) {
@@ -130,7 +131,7 @@ Scaled<D> scaled_at(const CurvedSimplex<D, D>& element, const Mat<D>& inverse) {
     Vec<D> w;
     w[0] = 1 / norm(steepest);
     for (int k = 1; k < D; ++k) {
-        const double whole = 1 / largest(steps.column[k]);  // length of the element along the axis
+        const double whole = 1 / largest(steps.column[k]);  // length of the element along axis k
         const double off = std::abs(dot(q.column[0], bend(whole * steps.column[k], whole * steps.column[k])));
         w[k] = off > w[0] ? whole * std::sqrt(w[0] / off) : whole;
     }
@@ -197,8 +198,9 @@ struct Part {
     }
 };
 
-/// Candidate separating directions: face normals and, since these almost coincide in a thin element, directions across
-/// its edges within the layer. `a` is the inverse Jacobian.
+/// Candidate directions for separating a point from an element: the normals of its faces, and directions normal to an
+/// edge and to the thinnest direction. The latter serve thin elements, whose face normals almost coincide. `a` is the
+/// inverse Jacobian.
 template <int D>
 auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     std::array<Vec<D>, D + 1 + (D == 2 ? 1 : edges_per_simplex<D>)> out{};
@@ -221,7 +223,7 @@ auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     return out;
 }
 
-/// True if a direction separates the point from all Bézier points of the part.
+/// Returns true if a direction separates the point r from all Bézier points of the part.
 template <int D>
 bool misses(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Part<D>& part, const Mat<D>& a,
             const Mat<D>& jacobian) {
@@ -253,8 +255,8 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
     const Scaled<D> s = scaled_at<D>(element, inverse);
     const Vec<D> residual = s.p * (r - element.point(xi));
     const Vec<D> error = rounding<D>(element, r, xi);
-    // With the bounds Y, Z1 and Z2 below, T(z) = z + P (r − F(ξ + B z)) maps a ball of radius ρ into itself and
-    // contracts if Y + Z1 ρ + Z2 ρ²/2 ≤ ρ.
+    // `y` bounds |P (r − F(ξ))|, `z1` bounds |P J B − I|, and `z2` bounds the second derivatives of P F by z. If y + z1
+    // ρ + z2 ρ²/2 ≤ ρ, the map T(z) = z + P (r − F(ξ + B z)) takes the ball |z| ≤ ρ into itself and contracts.
     Mat<D> product = s.p * (jacobian * s.b);
     double y = 0, z2 = 0;
     for (int k = 0; k < D; ++k) {
@@ -267,7 +269,7 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
         y = std::max(y, y_k);
         z2 = std::max(z2, z2_k);
     }
-    // `blur` bounds the rounding errors of P J B and of the second derivatives, whose terms may cancel.
+    // `blur` bounds the rounding errors of P J B and of the second derivatives. In both sums, terms may cancel.
     constexpr double epsilon = 16 * D * D * std::numeric_limits<double>::epsilon();
     double terms = 0;
     for (int k = 0; k < D; ++k)
@@ -282,7 +284,7 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
     z2 = (1 + epsilon) * z2 + blur * largest_row<D>(s.b);
     const double slope = 1 - z1, discriminant = slope * slope - 2 * (1 + epsilon) * y * z2;
     if (!(slope > 0) || !(discriminant > 0)) return root;
-    constexpr double inflated = 1 + 1e-9;  // covers rounding in the lines below
+    constexpr double inflated = 1 + 1e-9;  // covers the rounding errors of the next lines
     root.is_proven = true;
     root.radius = inflated * 2 * y / (slope + std::sqrt(discriminant)) * largest_row<D>(s.b);
     const double unique = (slope + std::sqrt(discriminant)) / (inflated * z2);
@@ -340,7 +342,7 @@ Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
         const bool has_inverse = std::ranges::all_of(a.column, [](const Vec<D>& c) { return is_finite(c); });
         if (misses<D>(element, r, part, has_inverse ? a : Mat<D>::identity(), jacobian)) continue;
         Root<D> root;
-        // Newton's method mostly finds the same solution from the centres of a part and of its halves, so it runs only
+        // From the centres of a part and of its halves, Newton's method mostly finds the same solution. So it runs only
         // at every third depth.
         if (part.depth % 3 == 0) root = newton_root<D>(element, r, part.centre());
         if (root.is_inside()) return {Membership::inside, root};
@@ -372,8 +374,9 @@ Location<D> at_root(ElementId e, const Root<D>& root) {
     return {.element = e, .xi = root.xi, .placement = Placement::inside};
 }
 
-/// Walks until p is proven inside an element; each step crosses the face with the smallest ξ of Newton's method.
-/// Returns `lost` outside the mesh or after too many steps.
+/// Walks from `start` to neighbouring elements until p is proven inside one. Newton's method computes the coordinates ξ
+/// of p in the current element. The walk crosses the face opposite the vertex with the smallest ξ. Returns `lost`
+/// outside the mesh or after too many steps.
 template <int D>
 Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start) {
     Location<D> located{
@@ -387,8 +390,8 @@ Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start)
         if (root.has_converged && *std::ranges::min_element(root.xi) > -near)
             if (const auto proven = proven_root<D>(element, r, root.xi, root.inverse); proven.is_inside())
                 return at_root(at, proven);
-        // The mesh need not be convex. If the face with the smallest ξ is on the boundary, the walk takes another face
-        // with negative ξ. It never returns to the previous element, because ξ outside an element is only an
+        // The mesh need not be convex. If the face opposite the smallest ξ is on the boundary, the walk crosses another
+        // face with negative ξ. It never returns to the previous element, because ξ outside an element is only an
         // extrapolation.
         ElementId next;
         double least = 0;
@@ -456,8 +459,8 @@ Location<D> CurvedLocator<D>::locate(const Vec<D>& p, ElementId hint) const {
         return looked.is_found ? looked.location : near;
     }
     const NearestOnCurved<D> nearest = nearest_on_boundary(back, p);
-    // The ball around p that touches its nearest boundary point contains no boundary inside, so `is_beyond` decides on
-    // which side p lies.
+    // No boundary is closer to p than the nearest boundary point. So p lies outside the mesh if it is on the outer side
+    // of the face there.
     if (nearest.is_beyond) return on_face<D>(nearest, Placement::outside);
     const Looked<D> looked = look_at_all(back, p);
     if (looked.is_found) return looked.location;

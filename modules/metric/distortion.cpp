@@ -27,10 +27,11 @@ using Lanes = std::array<double, pack_size>;
     std::memcpy(lanes.data(), &p, sizeof p);
     return lanes;
 }
-/// Sums in a fixed order, independent of the instruction set.
+/// Adds the lanes in a fixed order, so that the result is independent of the instruction set.
 double sum(const Lanes& x) { return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7])); }
 
-/// slopes<D>[e][k]: component k of 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j) for the edge i–j at the rule's points.
+/// `slopes<D>[e][k]`: component k of the gradient 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j) of the shape function of edge e = i–j, at the
+/// points of `distortion_rule`.
 template <int D>
 constexpr auto slopes = [] {
     std::array<std::array<Lanes, D>, edges_per_simplex<D>> table{};
@@ -47,7 +48,7 @@ constexpr auto slopes = [] {
 template <int D>
 struct Sampled {
     MatPack<D> a;
-    Pack det{}, square{}, distortion{};  ///< det A, tr(AᵀA), η for |det A|
+    Pack det{}, square{}, distortion{};  ///< det A, tr(AᵀA), and η with |det A|
 };
 
 template <int D>
@@ -84,7 +85,8 @@ template <int D>
 struct Mean {
     double quality = 0, distortion = 0;
 };
-/// Weighted η, one point per lane, and the sign of det J if all points have the same.
+/// Product of weight and η at each point (one point per lane). `is_positive` or `is_negative` is true if det J has this
+/// sign at all points.
 struct WeightedDistortion {
     Lanes weighted{};
     bool is_positive = false, is_negative = false;
@@ -138,12 +140,15 @@ template <int D>
 CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric,
                                                  Instructions set) {
     WeightedDistortion of;
-    std::array<std::array<Lanes, D>, D> by_straight{};  // [c][k]: derivative by J W⁻¹, one point per lane
-    std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset{};  // [e][c]: derivative by the offset of edge e
+    std::array<std::array<Lanes, D>, D> by_straight{};  // [c][k]: derivative by entry (c, k) of J W⁻¹, one point per
+                                                        // lane
+    std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset{};  // [e][c]: derivative by coordinate c of the
+                                                                         // offset of edge e
     with_instructions(set, [&]() __attribute__((always_inline)) {
         const Sampled<D> s = sampled<D>(nodes, metric);
         of = weighted_distortion(s);
-        // ∂η/∂A = 2 η (A / tr(AᵀA) − A⁻ᵀ/D), times the weight of the point; then ∂η/∂(J W⁻¹) = rootᵀ ∂η/∂A.
+        // First ∂η/∂A = 2 η (A / tr(AᵀA) − A⁻ᵀ/D), multiplied by the weight of the point; then ∂η/∂(J W⁻¹) = rootᵀ
+        // ∂η/∂A with the matrix `metric.root`.
         const Pack factor = 2 * loaded(distortion_rule<D>.weights) * s.distortion;
         const Pack of_square = factor / s.square;
         const Pack of_inverse = factor / (D * s.det);
@@ -177,7 +182,8 @@ CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes,
     const Mean mean = mean_of(of);
     CurvedQualityGradient<D> out{mean.quality, {}};
     if (mean.quality == 0) return out;
-    const double scale = -mean.quality / mean.distortion;  // derivative of the signed mean quality by η̄: −sign/η̄²
+    const double scale = -mean.quality / mean.distortion;  // derivative of the mean quality ±1/η̄ by the mean η̄ of the
+                                                           // distortion
     for (int c = 0; c < D; ++c)
         for (int k = 0; k < D; ++k) {
             const double x = scale * sum(by_straight[c][k]);
@@ -211,7 +217,8 @@ double quality_at(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& ver
 
 namespace {
 
-/// Scaling and squaring of a matrix with nonnegative entries. All terms are nonnegative, so each entry is accurate.
+/// Matrix exponential by scaling and squaring. Since the entries of p are nonnegative, no terms cancel and each entry
+/// of the result is accurate.
 template <int D>
 Mat<D> exponential_of_nonnegative(Mat<D> p) {
     double largest = 0;
@@ -230,12 +237,13 @@ Mat<D> exponential_of_nonnegative(Mat<D> p) {
     return sum;
 }
 
-/// Part of an element, in a frame in which the metric at its centre is the identity: M_mid = frameᵀ frame.
+/// Part of an element. Jacobians are expressed in a frame T in which the metric M_mid at the centre of the part is the
+/// identity: M_mid = Tᵀ T.
 template <int D>
 struct FramedPart {
-    std::array<Mat<D>, D + 1> jacobians;  ///< frame J W⁻¹ at the corners; linear between the corners
-    std::array<Sym<D>, D + 1> logs;       ///< log M along the axes of M_mid
-    Vec<D> log_values;                    ///< log-eigenvalues of M_mid
+    std::array<Mat<D>, D + 1> jacobians;  ///< T J W⁻¹ at the corners of the part; linear in between
+    std::array<Sym<D>, D + 1> logs;       ///< log M at the corners, in the eigenvectors of M_mid
+    Vec<D> log_values;                    ///< eigenvalues of log M_mid
 };
 template <int D>
 using Corners = std::array<Barycentric<D>, D + 1>;
@@ -259,7 +267,8 @@ FramedPart<D> framed_part(const QuadraticNodes<D>& nodes, const VertexLogMetrics
     return part;
 }
 
-/// Bounds |M| entrywise in the part's frame, from corner values of log M (docs/algorithms/distortion.md).
+/// Returns upper bounds of the absolute entries of M in the frame T, from log M at the corners of the part
+/// (docs/algorithms/distortion.md).
 template <int D>
 Sym<D> largest_metric(const FramedPart<D>& part) {
     Mat<D> p;
@@ -279,7 +288,8 @@ Sym<D> largest_metric(const FramedPart<D>& part) {
     return m;
 }
 
-/// Upper bound of tr(AᵀA) = Σ_ab M_ab S_ab, S = (J W⁻¹)(J W⁻¹)ᵀ, by its largest Bézier coefficient; `metric` bounds M.
+/// Returns an upper bound of tr(AᵀA) = Σ_ab M_ab S_ab, with S = (J W⁻¹)(J W⁻¹)ᵀ: the largest Bézier coefficient of this
+/// sum. `metric` bounds M.
 template <int D>
 double largest_square(const FramedPart<D>& part, const Sym<D>& metric) {
     double largest = 0;
@@ -301,8 +311,8 @@ double largest_square(const FramedPart<D>& part, const Sym<D>& metric) {
     return largest;
 }
 
-/// Smallest Bézier coefficient of the determinant. The coefficient of a multi-index is a mean over all orders of its
-/// corners.
+/// Returns the smallest Bézier coefficient of the determinant. Each coefficient is a mean of determinants with columns
+/// from different corners, over all permutations of these corners.
 template <int D>
 double min_determinant(const FramedPart<D>& part) {
     const auto& m = part.jacobians;
@@ -327,7 +337,7 @@ double min_determinant(const FramedPart<D>& part) {
     return least;
 }
 
-/// Change of A and M along an edge of the part, relative to A and M_mid.
+/// Returns the relative change of A and M along the edge i–j of the part.
 template <int D>
 double change_along(const FramedPart<D>& part, int i, int j) {
     double of_a = 0, size = 0, of_m = 0;
@@ -337,7 +347,7 @@ double change_along(const FramedPart<D>& part, int i, int j) {
             const double y = part.jacobians[j](a, b);
             of_a += (x - y) * (x - y);
             size += x * x + y * y;
-            // Entry of the derivative of exp (see `exp_derivative_in_frame`).
+            // Change of entry (a, b) of M by the derivative of exp (see `exp_derivative_in_frame`).
             const double half = (part.log_values[a] - part.log_values[b]) / 2;
             const double change =
                 (part.logs[i](a, b) - part.logs[j](a, b)) * (std::abs(half) < 1e-4 ? 1 : sinh(half) / half);
@@ -386,7 +396,7 @@ QualityBound bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetric
     const auto look = [&](const Barycentric<D>& at) {
         found.attained = std::min(found.attained, quality_at<D>(nodes, vertices, at));
     };
-    std::array<Part<D>, max_bisections + 1> parts;  // heap; its first part has the lowest bound
+    std::array<Part<D>, max_bisections + 1> parts;  // heap; the first part has the lowest bound
     std::size_t n = 0;
     const auto higher = [](const Part<D>& a, const Part<D>& b) { return a.bound > b.bound; };
     const auto add = [&](const Corners<D>& corners) {

@@ -33,8 +33,8 @@ static Outcome<bool> example(const Execution& execution) {
     const LinearMesh<2> mesh = square(20);
     const auto edges = unique_edges(mesh, execution);
     if (!edges) return fail(edges.error());
-    // Fields store log M: `LogMetric` and `Metric` are two types, and only logarithms are interpolated. One vertex
-    // requests a size of 0.002 along x, all others 0.1.
+    // Fields store log M, since only logarithms are interpolated; `LogMetric` and `Metric` are two types. Vertex 0
+    // requests a size of 0.002 along x. All other sizes are 0.1.
     auto logs = map_each(execution, mesh.points.size(), [&](std::size_t v) {
         return log_metric_of_sizes<2>({{v == 0 ? 0.002 : 0.1, 0.1}}, Mat<2>::identity());
     });

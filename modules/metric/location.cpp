@@ -23,8 +23,8 @@ int lowest(const Barycentrics<D>& xi) {
 constexpr int short_walk = 64;
 constexpr unsigned long_walk = 100000;
 
-/// Walks until x is inside an element; each step crosses the face with the smallest ξ. Returns `lost` outside the mesh
-/// or after too many steps.
+/// Walks from `start` to neighbouring elements until x is inside one. The walk crosses the face opposite the vertex
+/// with the smallest ξ. Returns `lost` outside the mesh or after too many steps.
 template <int D>
 Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) {
     Location<D> last{
@@ -35,8 +35,8 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
         const ElementFrame<D> frame(back.mesh, at);
         const Barycentrics<D> xi = frame.barycentrics(x);
         if (xi[lowest<D>(xi)] >= -frame.tolerance()) return {at, xi, Placement::inside};
-        // The mesh need not be convex. If the face with the smallest ξ is on the boundary, the walk takes another face
-        // with negative ξ.
+        // The mesh need not be convex. If the face opposite the smallest ξ is on the boundary, the walk crosses another
+        // face with negative ξ.
         ElementId next;
         double least = 0;
         for (int i = 0; i <= D; ++i) {
@@ -49,15 +49,15 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
     return last;
 }
 
-/// Walks along the segment from `from`, in the element `start`, to x. If the segment is in the mesh, only rounding can
-/// prevent arrival. If it does, the element with the largest minimum ξ is returned as `lost`.
+/// Walks along the segment from the point `from`, in the element `start`, to x. If rounding errors prevent arrival, the
+/// result is `lost`, in the visited element with the largest minimum ξ.
 template <int D>
 Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Vec<D>& x, ElementId start) {
     Location<D> best{.element = start, .xi = {}, .placement = Placement::lost};
     double best_lowest = -std::numeric_limits<double>::infinity();
     ElementId at = start;
-    ElementId passed;  // Brent's cycle detection (straight elements may be tangled): element at the last step number
-                       // that is a power of two
+    ElementId passed;  // element at the last step whose number is a power of two, for Brent's cycle detection: the walk
+                       // may cycle if straight elements are inverted
     for (unsigned step = 0; step < long_walk && at.valid() && at != passed; ++step) {
         if (std::has_single_bit(step)) passed = at;
         const ElementFrame<D> frame(back.mesh, at);
@@ -83,7 +83,7 @@ Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Ve
     return best;
 }
 
-/// Nearest point of a segment or triangle, in barycentric coordinates.
+/// Returns the barycentric coordinates of the point of a segment or triangle nearest to x.
 inline std::array<double, 2> nearest_in_face(const std::array<Vec<2>, 2>& p, const Vec<2>& x) {
     const Vec<2> e = p[1] - p[0];
     const double t = std::clamp(dot(x - p[0], e) / norm_squared(e), 0.0, 1.0);
@@ -94,7 +94,8 @@ inline std::array<double, 3> nearest_in_face(const std::array<Vec<3>, 3>& p, con
     const Vec<3> u = p[1] - p[0];
     const Vec<3> v = p[2] - p[0];
     const Vec<3> r = x - p[0];
-    // The normal is used because the Gram determinant u² v² − (u·v)² of a needle would lose twice as many digits.
+    // The coordinates are computed with the normal n. With the Gram determinant u² v² − (u·v)², needles would lose
+    // twice as many digits.
     const Vec<3> n = cross(u, v);
     const double b = dot(cross(r, v), n) / norm_squared(n);
     const double c = dot(cross(u, r), n) / norm_squared(n);
@@ -127,7 +128,7 @@ NearestOnBoundary<D> nearest_on_boundary(const StraightBack<D>& back, const Vec<
     const auto nearest = back.boundary_tree.nearest(x, [&](std::size_t f) {
         const auto p = face_points<D>(back.mesh, back.boundary[f]);
         const auto xi = nearest_in_face(p, x);
-        // Measured from a corner of the face, since the origin may be far away.
+        // r is measured from a corner of the face, since the origin may be far away.
         Vec<D> r = x - p[0];
         for (int i = 1; i < D; ++i) r -= xi[i] * (p[i] - p[0]);
         return norm_squared(r);
@@ -140,8 +141,9 @@ NearestOnBoundary<D> nearest_on_boundary(const StraightBack<D>& back, const Vec<
     return found;
 }
 
-/// Returns an element around the nearest boundary point's face, edge or vertex from which x is visible; none if x is
-/// outside. One face is not sufficient: several share an edge or vertex, and some may be oriented away from x.
+/// Returns the element at the nearest boundary point that the segment from this point to x enters; none if x is outside
+/// the mesh. The element of the nearest face may be the wrong one if the point is on an edge or vertex, so all elements
+/// there are tested.
 template <int D>
 ElementId element_towards(const StraightBack<D>& back, const NearestOnBoundary<D>& nearest, const Vec<D>& x) {
     const auto& corner = back.mesh.elements.vertices[nearest.face.element];
@@ -197,13 +199,13 @@ Location<D> StraightBack<D>::locate(const Vec<D>& p, ElementId hint) const {
     const Location<D> near = walk(back, p, start);
     if (near.placement == Placement::inside || boundary.empty() || !is_finite(p)) return near;
     const NearestOnBoundary<D> nearest = nearest_on_boundary(back, p);
-    // The ball around p that touches its nearest boundary point contains no boundary inside, so nothing lies between
-    // them.
+    // No boundary is closer to p than the nearest boundary point, so the segment between them does not cross the
+    // boundary.
     const ElementId last = element_towards(back, nearest, p);
     if (!last.valid()) return on_face<D>(nearest);
     const Location<D> far = walk_along(back, nearest.point, p, last);
     if (far.placement == Placement::inside) return far;
-    // p is outside the element by no more than the rounding error of the test that found it inside.
+    // `element_towards` found p inside the mesh, so p is outside this element only by a rounding error.
     if (far.xi[lowest<D>(far.xi)] > -1e-6) return clamped<D>(far);
     Location<D> lost = on_face<D>(nearest);
     lost.placement = Placement::lost;

@@ -25,7 +25,6 @@ Corners<D> corners_of(const LinearMesh<D>& mesh, std::size_t e) {
     return p;
 }
 
-/// D! times the signed volume.
 template <int D>
 double determinant(const Corners<D>& p) {
     Mat<D> sides;
@@ -33,7 +32,8 @@ double determinant(const Corners<D>& p) {
     return det(sides);
 }
 
-/// Contribution of an element to N means at a corner; flat elements, without a natural metric, have a negative volume.
+/// Contribution of an element to N means at one of its corners. A negative volume marks flat elements, which have no
+/// natural metric.
 template <int D, int N>
 struct Part {
     std::array<Sym<D>, N> weighted;
@@ -43,7 +43,7 @@ template <int D, int N>
 using Parts = std::array<Part<D, N>, D + 1>;
 constexpr double no_weight = -1;
 
-/// Means at the vertices; `make` is that of `sum_over_balls`.
+/// Computes N means at each vertex; `make` is passed to `sum_over_balls`.
 template <int D, int N>
 Outcome<std::array<Buffer<LogMetric<D>>, N>> means(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                    const Execution& execution, const auto& make) {
@@ -74,7 +74,7 @@ Outcome<std::array<Buffer<LogMetric<D>>, N>> means(const LinearMesh<D>& mesh, co
     });
 }
 
-/// Element with the offsets of its edge nodes from the chords' middles.
+/// Corners of an element, and the vectors from its chords' middles to its edge nodes.
 template <int D>
 struct CurvedElement {
     Corners<D> corners;
@@ -103,8 +103,8 @@ template <int D>
     return det(sides);
 }
 
-/// Corners of the straight element with the curved one's edge tangents at corner v; `are_bent` marks lanes where these
-/// are not the chords.
+/// Straight elements whose edges at corner v are the tangents of the curved edges there. `are_bent` marks the lanes in
+/// which tangents differ from chords.
 template <int D>
 struct Tangents {
     CornerPacks<D> corners;
@@ -123,7 +123,7 @@ template <int D>
     return tangents;
 }
 
-/// Stores a log-metric times the volume for mean `form` at a corner.
+/// Stores log-metric times volume as contribution to the mean `form` at a corner.
 template <int D, int N>
 [[gnu::always_inline]] inline void put(const SymPack<D>& log_metric, Pack volume, std::size_t begin, int corner,
                                        int form, std::span<Parts<D, N>> parts) {
@@ -141,8 +141,8 @@ template <int D, int N>
 
 enum MetricForm : std::uint8_t { straight, curved };
 
-/// Contributions of eight elements to their corners. Jacobi iterations start from the straight element's singular
-/// vectors.
+/// Computes the contributions of eight elements to their corners. Jacobi iterations for curved elements start from the
+/// singular vectors of the straight elements.
 template <int D>
 [[gnu::always_inline]] inline void parts_of_pack(std::span<const CurvedElement<D>> elements, std::size_t begin,
                                                  const Mat<D>& reference, std::span<Parts<D, 2>> parts) {

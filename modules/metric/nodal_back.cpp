@@ -1,4 +1,4 @@
-// Metric fields with logs at all nodes of a curved mesh.
+// Metric fields defined by log-metrics at all nodes of a quadratic mesh.
 module;
 #include <array>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace camber {
 
 namespace {
 
-/// ∂ log M/∂ξ_a, with ξ_0 = 1 − Σ ξ_a.
+/// Returns ∂ log M/∂ξ_a for a = 1 … D, with ξ_0 = 1 − Σ ξ_a.
 template <int D>
 std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
     const auto& v = back.places.mesh.linear.elements.vertices[e];
@@ -30,7 +30,7 @@ std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, 
     return out;
 }
 
-/// Σ_a ∂_ξa ⊗ ∂ξ_a/∂x; row a is ∂ξ_a/∂x.
+/// Transforms derivatives by ξ_1 … ξ_D to derivatives by x; `rows` are the vectors ∂ξ_a/∂x.
 template <int D>
 LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<Vec<D>, D>& rows) {
     LogGradient<D> out{};
@@ -39,7 +39,7 @@ LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<
     return out;
 }
 
-/// Rows ∂ξ_a/∂x of the inverse Jacobian.
+/// Returns the vectors ∂ξ_a/∂x, the rows of the inverse Jacobian.
 template <int D>
 std::array<Vec<D>, D> inverse_rows(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
     const Mat<D> a = inverse(jacobian_at(curved_element(back.places.mesh, e), xi));
@@ -65,7 +65,7 @@ Outcome<Buffer<LogGradient<D>>> recovered_gradients(const NodalBack<D>& back, co
             const LogGradient<D> gradient = back.gradient_at(e, corner);
             bool is_number = volume > 0;
             for (const Sym<D>& g : gradient) is_number = is_number && std::isfinite(norm(g));
-            if (!is_number) continue;  // a corner with linearly dependent tangents is ignored
+            if (!is_number) continue;  // the tangents at this corner are linearly dependent
             for (int i = 0; i < D; ++i) sum[i] += volume * gradient[i];
             weight += volume;
         }
@@ -219,7 +219,7 @@ namespace {
 
 constexpr int points_per_direction = 5;
 
-/// Gauss rule of the cube, mapped to the simplex (Duffy).
+/// Point and weight of a Gauss rule of the cube, mapped to the simplex by Duffy's transformation.
 template <int D>
 struct Weighted {
     Barycentrics<D> xi{};

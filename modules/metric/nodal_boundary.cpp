@@ -18,7 +18,7 @@ struct Nearest {
     double distance_squared = std::numeric_limits<double>::infinity();
 };
 
-/// a⁻¹ b for symmetric a; not finite if a is singular.
+/// Solves a x = b with symmetric a; the result is not finite if a is singular.
 inline Vec<1> solved(const Sym<1>& a, const Vec<1>& b) { return {{b[0] / a(0, 0)}}; }
 inline Vec<2> solved(const Sym<2>& a, const Vec<2>& b) {
     const double det = a(0, 0) * a(1, 1) - a(1, 0) * a(1, 0);
@@ -29,7 +29,8 @@ inline bool is_definite(const Sym<2>& a) {
     return a(0, 0) > 0 && a(0, 0) * a(1, 1) - a(1, 0) * a(1, 0) > 1e-10 * a(0, 0) * a(1, 1);
 }
 
-/// Hessian of |F − r|²/2: TᵀT + (F − r)·F'' with the tangents T, or TᵀT if that is not positive definite.
+/// Returns the Hessian TᵀT + (F − r)·F'' of |F(ξ) − r|²/2, or TᵀT if this Hessian is not positive definite. T:
+/// `tangents` of F; F − r: `off`.
 template <int K, int D>
 Sym<K> curvature_of_distance(const CurvedSimplex<K, D>& s, const std::array<Vec<D>, K>& tangents, const Vec<D>& off) {
     const auto second = s.second();
@@ -42,7 +43,7 @@ Sym<K> curvature_of_distance(const CurvedSimplex<K, D>& s, const std::array<Vec<
     return is_definite(all) ? all : metric;
 }
 
-/// Newton's method within the simplex; steps never increase the distance.
+/// Reduces the distance of F(ξ) from r by Newton's method within the simplex.
 template <int K, int D>
 void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest) {
     for (int step = 0; step < 30; ++step) {
@@ -53,8 +54,8 @@ void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest)
         const Vec<K> move = solved(curvature_of_distance<K, D>(s, tangents, off), slope);
         if (!is_finite(move)) return;
         const auto whole = moved<K>(nearest.xi, move);
-        // Near the minimum, distances determine only half the digits of ξ, but Newton steps determine all. So small
-        // steps are taken unchecked.
+        // Small steps are taken without a comparison of distances. Near the minimum, distances determine only half the
+        // digits of ξ, but Newton steps determine all.
         constexpr double small = 1e-4, smallest = 1e-9;
         if (norm(move) < small && std::ranges::all_of(whole, [](double u) { return u >= 0; })) {
             nearest = {whole, norm_squared(s.point(whole) - r)};
@@ -119,7 +120,8 @@ inline Nearest<2> nearest_in(const CurvedSimplex<2, 3>& s, const Vec<3>& r) {
     return within;
 }
 
-/// Sufficient test: true if a ball that contains the simplex is farther from r than the distance.
+/// Returns true if a ball that contains the simplex is farther from r than the distance. This is sufficient, but not
+/// necessary.
 template <int K, int D>
 bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_squared) {
     Vec<D> centre;
@@ -127,14 +129,15 @@ bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_s
     double radius = 0, bow = 0;
     for (const Vec<D>& d : s.d) radius = std::max(radius, distance(d, centre));
     for (const Vec<D>& u : s.u) bow = std::max(bow, norm(u));
-    const double gap = distance(r, centre) - radius - 4.0 / 3 * bow;  // Σ 4 ξ_i ξ_j ≤ 4/3
+    const double gap = distance(r, centre) - radius - 4.0 / 3 * bow;  // 4/3 is the maximum of Σ 4 ξ_i ξ_j
     return gap > 0 && gap * gap > distance_squared;
 }
 
-/// True if the nearest point is inside the face and p on its outer side (negative ξ_opposite).
+/// Returns true if the nearest point is in the interior of its face, and p on the outer side of the face.
 template <int D>
 bool looks_outward(const CurvedLocator<D>& back, const NearestOnCurved<D>& nearest, const Vec<D>& p) {
-    // At an edge or vertex of the mesh the test is ambiguous: some of its faces may be oriented away from p.
+    // On an edge or vertex of the mesh the test is ambiguous: some of the boundary faces there may be oriented away
+    // from p.
     for (const double u : nearest.xi)
         if (!(u > 1e-9)) return false;
     Barycentrics<D> xi{};

@@ -24,8 +24,9 @@ Outcome<Column<LogMetric<D>>> as_column(Outcome<Buffer<LogMetric<D>>> buffer) {
     return Column<LogMetric<D>>(std::move(*buffer));
 }
 
-/// Divided difference exp[x_0, …, x_n]. If the spread of the x_i exceeds 1, the recurrence is stable. Otherwise the
-/// series e^m Σ_k h_k(x − m)/(k + n)! is used (m: mean, h_k: complete homogeneous symmetric polynomials).
+/// Returns the divided difference exp[x_0, …, x_n]. If the x_i differ by more than 1, the recurrence is stable.
+/// Otherwise the function sums the series e^m Σ_k h_k(x − m)/(k + n)!, with the mean m and the complete homogeneous
+/// symmetric polynomials h_k.
 template <std::size_t M>
 double exp_divided(std::array<double, M> x) {
     std::sort(x.begin(), x.end());
@@ -40,7 +41,8 @@ double exp_divided(std::array<double, M> x) {
     }
     double mean = 0;
     for (const double v : x) mean += v / static_cast<double>(M);
-    // The loop adds one value after another: h_k of the first j values is h_k(j) = h_k(j − 1) + x_j h_{k−1}(j).
+    // The loop takes one value after another into account. For the first j values, h_k(j) = h_k(j − 1) + x_j
+    // h_{k−1}(j).
     constexpr std::size_t terms = 18;
     std::array<double, terms> h{};
     h[0] = 1;
@@ -56,7 +58,7 @@ double exp_divided(std::array<double, M> x) {
     return exp(mean) * sum;
 }
 
-/// Evaluates the series only, for packs; the values in each lane must be close.
+/// Evaluates the series of the function above for eight tuples. The values of each tuple must be close.
 template <std::size_t M>
 [[nodiscard, gnu::always_inline]] inline Pack exp_divided(const std::array<Pack, M>& x) {
     Pack mean = packed(0);
@@ -76,7 +78,7 @@ template <std::size_t M>
     return exp(mean) * sum;
 }
 
-/// ½ tr log M at the corners, and |det J| = D! |K|.
+/// Element data: `f` is ½ tr log M at the corners, `volume` is |det J|.
 template <int D>
 struct DensityElement {
     std::array<double, D + 1> f{};
@@ -111,7 +113,7 @@ void add_complexities(std::span<const DensityElement<D>> elements, double& sum) 
     }
 }
 
-/// Log of the largest squared anisotropy of at most eight metrics.
+/// Returns the log of the squared anisotropy, maximum of at most eight metrics.
 template <int D>
 double largest_spread(std::span<const LogMetric<D>> field) {
     double most = 0;
@@ -141,8 +143,8 @@ std::string check(const MetricBounds& b) {
 template <int D>
 std::optional<double> size_out_of_range(const LogMetric<D>& log_metric) {
     const double least = -2 * log(max_length), most = -2 * log(min_length);
-    // The norm is at least each |eigenvalue|, so most metrics need no decomposition. `slack` covers rounding at the
-    // ends of the range.
+    // The norm of log M is at least each |eigenvalue|, so most metrics need no decomposition. `slack` covers rounding
+    // errors at the ends of the range.
     constexpr double slack = 1e-12;
     if (norm(log_metric.l) < std::fmin(-least, most)) return {};
     for (const double x : eigen_system(log_metric.l).values.c)
@@ -210,7 +212,7 @@ Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const 
 
 namespace {
 
-/// ½ log det of M restricted to the triangle's plane.
+/// Returns ½ log det of the metric's restriction to the plane of the triangle.
 double log_density(const LogMetric<3>& log_metric, const TriangleFrame& frame) {
     const Sym<3> m = exp(log_metric).m;
     const auto& [s, t] = frame.tangents;
@@ -309,7 +311,7 @@ Incidence<VertexId> adjacent(const EdgeSet<D>& edges, std::size_t vertices) {
     return {Column<std::uint32_t>(std::move(offsets)), Column<VertexId>(std::move(items))};
 }
 
-/// Sufficient test that `metric` contains `spanned`, by the extreme eigenvalues.
+/// Fast sufficient test: true if the smallest eigenvalue of `metric` is at least the largest of `spanned`.
 template <int D>
 bool surely_contained(const EigenSystem<D>& metric, const EigenSystem<D>& spanned) {
     return *std::max_element(spanned.values.c.begin(), spanned.values.c.end()) <=
@@ -369,13 +371,14 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     if (!metrics) return fail(metrics.error());
     Buffer<Sym<D>> logs_now(n);
     for (std::size_t v = 0; v < n; ++v) logs_now[v] = field[v].l;
-    Buffer<std::uint8_t> active(n, std::uint8_t{1});   // 1: changed in the last sweep
-    Buffer<std::uint8_t> touched(n, std::uint8_t{0});  // 1: changed in any sweep
+    Buffer<std::uint8_t> active(n, std::uint8_t{1});   // 1: the metric changed in the last sweep
+    Buffer<std::uint8_t> touched(n, std::uint8_t{0});  // 1: the metric changed in any sweep
 
     const auto swept = [&](std::size_t v) {
         Swept<D> out{(*metrics)[v], false};
         for (const VertexId w : around[v]) {
-            // The metric that w spans at v depends on both metrics, because axes turn from w to v.
+            // The metric that w spans at v depends on both metrics, because the axes rotate from w to v. It is
+            // unchanged if neither metric changed.
             if (active[w.index()] == 0 && active[v] == 0) continue;
             const auto spanned =
                 spanned_metric<D>((*metrics)[w.index()], turn_between(logs_now[w.index()], logs_now[v]),
@@ -433,7 +436,7 @@ Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& ed
 
 namespace {
 
-/// log M = λ_t I + (λ_n − λ_t) n nᵀ with λ = −2 log h.
+/// Returns log M = λ_t I + (λ_n − λ_t) n nᵀ, where each λ is −2 log of the tangential (t) or normal (n) size.
 template <int D>
 LogMetric<D> thin_along(const Vec<D>& normal, double tangent_size, double normal_size) {
     const double tangential = -2 * log(tangent_size);

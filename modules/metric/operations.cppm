@@ -13,7 +13,7 @@ import :spd;
 
 export namespace camber {
 
-/// Edge matrix of the regular unit simplex: columns p_i − p_0.
+/// Returns the matrix with columns p_i − p_0 for the vertices p_i of the regular simplex with edge length 1.
 template <int D>
 [[nodiscard]] inline Mat<D> regular_simplex() {
     Mat<D> j;
@@ -26,9 +26,10 @@ template <int D>
     return j;
 }
 
-/// Natural metric of a straight simplex, in which its edges have length 1: M = B^{-T} B^{-1} with B = J J_ref^{-1}
-/// (J_ref: regular simplex). log M = −2 log σ from the singular values σ of B is accurate for needles. Independent of
-/// orientation; infinite for flat simplices.
+/// Returns the log of the natural metric M of a straight simplex, in which all its edges have length 1. With the edge
+/// matrices J of the simplex and J_ref of `regular_simplex`, M = B⁻ᵀ B⁻¹ for B = J J_ref⁻¹. The function computes log M
+/// from the singular values of B, which is accurate for needles. The result is independent of orientation, and infinite
+/// for flat simplices.
 template <int D>
 [[nodiscard]] inline LogMetric<D> natural_log_metric(const std::array<Vec<D>, D + 1>& p) {
     Mat<D> j;
@@ -38,9 +39,9 @@ template <int D>
     return {composed(s)};
 }
 
-/// Volume-weighted log-Euclidean means of natural metrics over vertex balls, without flat elements. Vertices without
-/// other elements get the identity metric. Standalone surfaces: see `natural_surface_log_metrics`. Errors: memory,
-/// stopped.
+/// Returns at each vertex the volume-weighted log-Euclidean mean of the natural metrics of the elements around it. Flat
+/// elements are ignored. Vertices without other elements get the identity metric. Standalone surfaces: see
+/// `natural_surface_log_metrics`. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,
@@ -50,10 +51,10 @@ template <int D>
 struct NaturalLogMetrics {
     Buffer<LogMetric<D>> straight, curved;
 };
-/// Natural metrics of a quadratic mesh, with straight edges and with its own (docs/algorithms/curved-back-mesh.md). At
-/// vertex v a curved element counts as the straight element whose edges are its tangents at v, with weight of the
-/// straight volume. Elements that are inverted at v, or have less than a twentieth of their volume there, count as
-/// straight.
+/// Returns the natural metrics at the vertices of a quadratic mesh, computed with straight and with curved edges
+/// (docs/algorithms/curved-back-mesh.md). At vertex v, the tangents of the curved edges there replace the edges of an
+/// element, with the volume of the straight element as weight. The straight edges are used if this replacement is
+/// inverted or has less than a twentieth of the straight volume.
 template <int D>
 [[nodiscard]] Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
                                                                        const Incidence<ElementId>& balls,
@@ -64,14 +65,18 @@ enum class TensorPrecision { four_bytes, eight_bytes };
 template <int D>
 struct TensorLogs {
     Buffer<LogMetric<D>> log_metrics;
-    std::size_t floored = 0;  ///< number of tensors with raised eigenvalues, which were within rounding of zero
+    std::size_t floored = 0;  ///< number of tensors with eigenvalues that rounding errors can explain and that were
+                              ///< raised
 };
 
-/// Logs of the metrics of a file: each of `rows` holds sym_size<D> numbers, xx xy yy (xz yz zz). Rounding alone can
-/// make strongly anisotropic tensors indefinite. δ bounds its effect on an eigenvalue: at most a few ε λ_max, zero for
-/// axes along the coordinates. Eigenvalues from −8 δ to δ are raised to δ, and their tensors counted. Errors (entity
-/// "metric at vertex N"): numbers that are not finite; eigenvalues below −8 δ; sizes far out of range (see
-/// `check_sizes`); a zero tensor or row, which rounding cannot cause.
+/// Returns the logs of metric tensors from a file. `rows` has sym_size<D> numbers for each tensor: xx xy yy (xz yz zz).
+/// Rounding alone can make strongly anisotropic tensors indefinite. Its effect on an eigenvalue has a bound δ: a few ε
+/// λ_max, and 0 for axes along the coordinates (ε: relative precision). Eigenvalues from −8 δ to δ are raised to δ.
+/// Errors (entity "metric at vertex N"):
+/// - numbers that are not finite;
+/// - eigenvalues below −8 δ;
+/// - sizes far out of range (see `check_sizes`);
+/// - a zero tensor or zero row, which rounding cannot cause.
 template <int D>
 [[nodiscard]] Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, TensorPrecision precision,
                                                             const Execution& execution);
@@ -80,7 +85,7 @@ template <int D>
 
 export namespace camber {
 
-/// All bounds except `min_size` only reduce sizes. `max_anisotropy` acts last and reduces long sizes.
+/// Bounds of the sizes of metrics. `max_anisotropy` is applied last and reduces large sizes.
 struct MetricBounds {
     double min_size = 0;                                              ///< model units
     double max_size = std::numeric_limits<double>::infinity();        ///< model units
@@ -89,24 +94,25 @@ struct MetricBounds {
 template <int D>
 [[nodiscard]] LogMetric<D> apply_bounds(const LogMetric<D>& log_metric, const MetricBounds& bounds);
 
-/// Errors (usage): a non-positive bound, min_size above max_size, max_anisotropy below 1; stopped.
+/// Errors (usage): `min_size` negative or above `max_size`, `max_size` not positive, `max_anisotropy` below 1; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> apply_bounds(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
                                                          const Execution& execution);
 
-/// Intersection at each vertex. Errors (usage): columns of different sizes; stopped.
+/// Intersects the metrics of two fields at each vertex. Errors (usage): columns of different sizes; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const Column<LogMetric<D>>& b,
                                                          const Execution& execution);
 
-/// Checks that sizes are in `min_length` to `max_length`, so that squared metric entries keep all digits. Errors
-/// (input, entity "metric at vertex N"): a size out of range; stopped.
+/// Checks that sizes are between `min_length` and `max_length`, so that squares of metric entries keep all digits.
+/// Errors (input, entity "metric at vertex N"): a size out of range; stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& execution);
 
-/// Computes C = ∫ sqrt(det M) of the log-Euclidean field, linear in each element, exactly
-/// (docs/algorithms/natural-and-made-metrics.md). A mesh of regular unit simplices has 6√2 C tetrahedra (4/√3 C
-/// triangles). Standalone surfaces use M on the triangles' planes. Errors (usage): the column of another mesh; stopped.
+/// Computes the complexity C = ∫ sqrt(det M) dx exactly, for log M linear in each element
+/// (docs/algorithms/natural-and-made-metrics.md). If all elements are regular simplices with edge length 1 in M, there
+/// are 6√2 C tetrahedra (4/√3 C triangles). On standalone surfaces M is restricted to the planes of the triangles.
+/// Errors (usage): the column of another mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field,
                                          const Execution& execution);
@@ -115,19 +121,19 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Execution& execution);
 
-/// M ← (target/C)^{2/D} M. Errors (usage): a target that is not positive; a zero or infinite complexity; those of
-/// `complexity`.
+/// Scales the metrics M to the complexity `target`: M ← (target/C)^{2/D} M for the present complexity C. Errors
+/// (usage): a target that is not positive; a zero or infinite complexity; those of `complexity`.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh,
                                                                 const Column<LogMetric<D>>& field, double target,
                                                                 const Execution& execution);
 
-/// Growth of a vertex metric with the distance from the vertex (Alauzet, "Size gradation control of anisotropic
-/// meshes", 2010).
+/// Distance that determines how the sizes of a metric grow away from its vertex (Alauzet, "Size gradation control of
+/// anisotropic meshes", 2010).
 enum class GradationSpace : std::uint8_t {
-    metric,    ///< all sizes grow with the metric distance, which preserves anisotropy
-    physical,  ///< each size grows with the distance, which tends to isotropy
-    mixed,     ///< geometric mean of both, weighted by `physical_share`
+    metric,    ///< all sizes grow with the distance in the metric, which preserves anisotropy
+    physical,  ///< each size grows with the Euclidean distance, which tends to isotropy
+    mixed,     ///< geometric mean of these two, with weight `physical_share` for `physical`
 };
 [[nodiscard]] constexpr auto words(GradationSpace) {
     return words_of(Word{GradationSpace::metric, "metric"}, Word{GradationSpace::physical, "physical"},
@@ -136,10 +142,10 @@ enum class GradationSpace : std::uint8_t {
 
 struct GradationOptions {
     GradationSpace space = GradationSpace::mixed;
-    double ratio = 1.5;  ///< β: sizes grow by log β per unit length
+    double ratio = 1.5;  ///< β: over the length l, sizes grow by the factor 1 + l log β
     double physical_share = 0.125;
     int max_sweeps = 1000;
-    /// Sweeps end if no size shrinks by more than this fraction.
+    /// Sweeps end when no size shrinks by more than this fraction.
     double tolerance = 1e-6;
 
     [[nodiscard]] static constexpr auto options() {
@@ -159,8 +165,9 @@ struct GradationOptions {
     friend bool operator==(const GradationOptions&, const GradationOptions&) = default;
 };
 
-/// Metric that p spans at q: the axes of M_p turned by `turn` (from M_p to M_q), with sizes that grow as `options`
-/// require. Formulas: docs/algorithms/natural-and-made-metrics.md.
+/// Returns the metric that vertex p spans at vertex q, a limit of the sizes there. Its axes are those of the metric at
+/// p, rotated by `turn` (the rotation from p to q). The sizes grow along `pq` as `options` require. Formulas:
+/// docs/algorithms/natural-and-made-metrics.md.
 template <int D>
 [[nodiscard]] EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const AxesTurn<D>& turn, const Vec<D>& pq,
                                             const GradationOptions& options);
@@ -168,27 +175,28 @@ template <int D>
 template <int D>
 struct Graded {
     Column<LogMetric<D>> log_metrics;
-    int sweeps = 0;          ///< number of sweeps with changes
-    bool converged = false;  ///< false if `max_sweeps` ended the sweeps
+    int sweeps = 0;          ///< number of sweeps that changed metrics
+    bool converged = false;  ///< false if sweeps ended because of `max_sweeps`
     std::size_t changed = 0;
 };
 
-/// Limits the growth of sizes along edges, whose axes may turn. Sweeps intersect each vertex metric with those that its
-/// neighbours span there (`spanned_metric`), until none changes. Sizes never grow. Results do not depend on threads or
-/// edge order. Errors (usage): ratio not above 1, share outside 0 to 1, columns of another mesh; stopped.
+/// Limits the growth of sizes along edges, between whose ends axes may rotate. Each sweep intersects each vertex metric
+/// with those that its neighbours span there (`spanned_metric`). Sweeps end when no metric changes. Sizes never grow.
+/// Results do not depend on threads or edge order. Errors (usage): ratio not above 1, share outside 0 to 1, columns of
+/// another mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Column<LogMetric<D>>& field, const GradationOptions& options,
                                                  const Execution& execution);
 
-/// Largest log of the factor by which a size exceeds the size spanned along an edge; at most 0 if the growth limit
-/// holds.
+/// Returns the maximum of log(h/h_s) over all edges: h is a size at one end, and h_s the size that the other end spans
+/// there. It is at most 0 if the growth limit holds.
 template <int D>
 [[nodiscard]] Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                const Column<LogMetric<D>>& field, const GradationOptions& options,
                                                const Execution& execution);
 
-/// Surface metric of paper §4.1: thin along the boundary normal, isotropic in the volume.
+/// Options of the surface metric (paper, §4.1), which is thin along the boundary normal and isotropic in the volume.
 struct SurfaceMetricOptions {
     double tangent_size = 1;            ///< size in the tangent plane: λ_min = tangent_size⁻²
     double normal_size = 0.1;           ///< size along the normal: λ_max = normal_size⁻²; default as in the paper
@@ -207,13 +215,13 @@ struct SurfaceMetricOptions {
     }
 };
 
-/// Unit normals at vertices: none in the volume, one per smooth side of the boundary. Zero vectors, orientation and
-/// order are ignored.
+/// Normals at vertices: none in the volume, one for each smooth side of the boundary. Zero vectors are ignored; length,
+/// orientation and order do not matter.
 template <int D>
 using VertexNormals = Incidence<Vec<D>>;
 
-/// Computes M = R diag(λ_min, λ_min, λ_max) Rᵀ, last axis along the normal, intersected over the sides at a vertex.
-/// Errors (usage): a non-positive size; stopped.
+/// Computes M = R diag(λ_min, λ_min, λ_max) Rᵀ at boundary vertices, where the last column of R is the normal. If a
+/// vertex has several normals, their metrics are intersected. Errors (usage): a non-positive size; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normals,
                                                                 const SurfaceMetricOptions& options,

@@ -6,7 +6,7 @@ module;
 export module camber.metric:packs;
 import camber.core;
 
-/// Tensors of eight items at a time (core:tensors).
+/// Vectors and matrices of eight items at a time: each entry is a `Pack`, with one lane per item (core:tensors).
 namespace camber {
 
 export template <int D>
@@ -32,7 +32,7 @@ struct MatPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return column[j][i]; }
 };
 
-/// Gathers get(item)[k], one item per lane from `begin`; the last item fills the remaining lanes.
+/// Returns get(items[begin + lane]) in each lane. Lanes beyond the end of `items` get the last item.
 export template <class T, class Get>
 [[nodiscard, gnu::always_inline]] inline Pack gathered(std::span<const T> items, std::size_t begin, const Get& get) {
     Pack p{};
@@ -79,7 +79,7 @@ export template <int D>
     for (int i = 1; i < D; ++i) s += a[i] * b[i];
     return s;
 }
-/// A v, and Aᵀ v.
+/// Returns A v; `times_transposed` returns Aᵀ v.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> times(const MatPack<D>& a, const VecPack<D>& v) {
     VecPack<D> r;
@@ -95,7 +95,6 @@ export template <int D>
     for (int i = 0; i < D; ++i) r[i] = dot(a.column[i], v);
     return r;
 }
-/// A B.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline MatPack<D> times(const MatPack<D>& a, const MatPack<D>& b) {
     MatPack<D> r;
@@ -107,7 +106,7 @@ export template <int D>
     return a(0, 0) * (a(1, 1) * a(2, 2) - a(2, 1) * a(1, 2)) + a(1, 0) * (a(2, 1) * a(0, 2) - a(0, 1) * a(2, 2)) +
            a(2, 0) * (a(0, 1) * a(1, 2) - a(1, 1) * a(0, 2));
 }
-/// Rᵀ S R.
+/// Returns Rᵀ S R.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> congruence_transposed(const MatPack<D>& r, const SymPack<D>& s) {
     SymPack<D> out;
@@ -121,7 +120,7 @@ export template <int D>
     }
     return out;
 }
-/// R diag(values) Rᵀ.
+/// Returns R diag(values) Rᵀ.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> composed(const MatPack<D>& r, const VecPack<D>& values) {
     SymPack<D> s;
@@ -137,8 +136,8 @@ export template <int D>
     return s;
 }
 
-/// Tangent of the rotation that makes two columns orthogonal: smaller root of t² + (difference/product) t = 1; 0
-/// outside `lanes`.
+/// Returns the tangent t of a Jacobi rotation: the smaller root of t² + (difference/product) t = 1. Lanes outside
+/// `lanes` get 0.
 [[nodiscard, gnu::always_inline]] inline Pack rotation_tangent(Pack difference, Pack product, Mask lanes) {
     const Pack twice = 2 * product;
     const Pack denominator = difference + copysign(sqrt(difference * difference + twice * twice), difference);
@@ -168,7 +167,7 @@ export template <int D>
     return m;
 }
 
-/// Eight eigensystems by cyclic Jacobi rotations, each lane until it converges.
+/// Computes eight eigensystems by cyclic Jacobi rotations; each lane rotates until it converges.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline EigenPack<D> eigen_system(SymPack<D> a) {
     MatPack<D> r = identity_pack<D>();
@@ -207,14 +206,15 @@ export template <int D>
     return out;
 }
 
-/// Right singular vectors V of A in `vectors`, and A V in `columns`, whose lengths are the singular values. One-sided
-/// Jacobi rotations (Hestenes) keep small ones accurate.
+/// Singular value decomposition of A: `vectors` are the right singular vectors V, `columns` is A V, and the lengths of
+/// its columns are the singular values. One-sided Jacobi rotations (Hestenes) keep small values accurate.
 template <int D>
 struct RightSingularPack {
     MatPack<D> columns;
     MatPack<D> vectors;
 };
-/// Starts from A V₀ and any orthogonal V₀; the closer V₀ is to V, the fewer sweeps are needed.
+/// `out` must contain any orthogonal V₀ as `vectors`, and A V₀ as `columns`. The closer V₀ is to V, the fewer sweeps
+/// are needed.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular_from(RightSingularPack<D> out) {
     MatPack<D>& w = out.columns;
@@ -245,8 +245,8 @@ template <int D>
     return right_singular_from<D>({a, identity_pack<D>()});
 }
 
-/// Bᵀ = (J J_ref⁻¹)ᵀ of `natural_log_metric`; its right singular vectors are the left ones of B. `reference` is
-/// J_ref⁻¹.
+/// Returns Bᵀ, for B = J J_ref⁻¹ of `natural_log_metric`; `reference` is J_ref⁻¹. The right singular vectors of Bᵀ are
+/// the left ones of B.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline MatPack<D> natural_frame(const std::array<VecPack<D>, D + 1>& p,
                                                                   const Mat<D>& reference) {
@@ -265,13 +265,14 @@ template <int D>
     return composed(s.vectors, logs);
 }
 
-/// Metric pulled back by F: log M̂ = log(Fᵀ M F), and O = M^{1/2} F M̂^{-1/2}.
+/// Metrics M̂ = Fᵀ M F pulled back by F: `log_metric` is log M̂, `axes` is M^{1/2} F M̂^{-1/2}.
 export template <int D>
 struct PulledBackPack {
     SymPack<D> log_metric;
     MatPack<D> axes;
 };
-/// Uses Λ^{1/2} Rᵀ F = V Σ Uᵀ (accurate for needles): M̂ = U Σ² Uᵀ, O = R V Uᵀ. Returns M unchanged if F is singular.
+/// With M = R Λ Rᵀ, the function decomposes Λ^{1/2} Rᵀ F = V Σ Uᵀ, which is accurate for needles. Then M̂ = U Σ² Uᵀ,
+/// and `axes` is R V Uᵀ. If F is singular, it returns M and the identity.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline PulledBackPack<D> pull_back_pack(const SymPack<D>& log_metric,
                                                                           const EigenPack<D>& metric,

@@ -96,7 +96,7 @@ namespace {
 
 enum class TensorState : std::uint8_t { sound, floored, indefinite, singular, zero, out_of_range, not_finite };
 
-/// A zero row makes an eigenvalue exactly zero. Other singular matrices cannot be distinguished from rounding.
+/// A zero row makes an eigenvalue exactly zero. Rounding errors can explain other singular matrices.
 template <int D>
 bool has_zero_row(const Sym<D>& m) {
     for (int i = 0; i < D; ++i) {
@@ -116,8 +116,9 @@ bool is_out_of_range(const Sym<D>& m) {
     return largest * (min_length * min_length) > beyond || largest * (max_length * max_length) * beyond < 1;
 }
 
-/// Bounds the effect on each eigenvalue of rounding M's entries by ε: ε Σ |r_j| |m_jk| |r_k| ≤ ε λ_max D, far less for
-/// axes along the coordinates. The bound is at least the decomposition's error.
+/// Returns for each eigenvalue a bound of its change if the entries m_jk of M have the relative error ε: ε Σ_jk |r_j|
+/// |m_jk| |r_k| with the eigenvector r. It is at most ε λ_max D, and far less for axes along the coordinates. The bound
+/// covers the error of the decomposition.
 template <int D>
 Vec<D> eigenvalue_rounding(const Sym<D>& m, const EigenSystem<D>& e, double epsilon) {
     Vec<D> rounding;

@@ -11,14 +11,15 @@ import camber.bezier;
 
 export namespace camber {
 
-/// A = R diag(values) Rᵀ with orthonormal columns R, `vectors`; values are unordered.
+/// Decomposition A = R diag(values) Rᵀ of a symmetric matrix. The columns of R, `vectors`, are orthonormal. The values
+/// have no order.
 template <int D>
 struct EigenSystem {
     Vec<D> values;
     Mat<D> vectors;
 };
 
-/// Applies the Jacobi rotation that zeroes a(p, q) to A and to R's columns.
+/// Applies the Jacobi rotation that makes a(p, q) zero to A and to the columns of R.
 template <int D>
 inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
     const double apq = a(p, q);
@@ -44,8 +45,8 @@ inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
     }
 }
 
-/// Cyclic Jacobi rotations: accurate at nearly equal eigenvalues, unlike closed forms. The backward error is a few ulps
-/// of |A|.
+/// Decomposes A by cyclic Jacobi rotations, which are accurate for nearly equal eigenvalues, unlike closed forms. The
+/// backward error is a few ulps of |A|.
 template <int D>
 [[nodiscard]] inline EigenSystem<D> eigen_system(Sym<D> a) {
     Mat<D> r = Mat<D>::identity();
@@ -79,11 +80,11 @@ template <int D>
     return s;
 }
 
-/// Left singular vectors U and singular values of A = U Σ Vᵀ by one-sided Jacobi rotations (Hestenes). Small values are
-/// accurate, unlike eigenvalues of A Aᵀ.
+/// Returns the left singular vectors U and the singular values of A = U Σ Vᵀ, by one-sided Jacobi rotations (Hestenes).
+/// Small values are accurate, unlike those from eigenvalues of A Aᵀ.
 template <int D>
 [[nodiscard]] inline EigenSystem<D> left_singular(const Mat<D>& a) {
-    // Rotations make the rows of A orthogonal: Aᵀ U = V Σ.
+    // The rotations U make the columns of Aᵀ U = V Σ orthogonal.
     Mat<D> w = transposed(a);
     Mat<D> u = Mat<D>::identity();
     for (int sweep = 0; sweep < 30; ++sweep) {
@@ -117,22 +118,24 @@ template <int D>
     return out;
 }
 
-/// Riemannian metric: symmetric positive definite, in 1/length². Its sizes are h_i = λ_i^{-1/2}.
+/// Riemannian metric: a symmetric positive definite matrix, in 1/length². Its sizes are h_i = λ_i^{-1/2} for the
+/// eigenvalues λ_i.
 template <int D>
 struct Metric {
     Sym<D> m;
     friend bool operator==(const Metric&, const Metric&) = default;
 };
 
-/// log M, any symmetric matrix. Fields are stored and interpolated in this form (paper §1.2, log-Euclidean).
+/// Logarithm of a metric M, any symmetric matrix. Fields are stored and interpolated in this form (log-Euclidean;
+/// paper, §1.2).
 template <int D>
 struct LogMetric {
     Sym<D> l;
     friend bool operator==(const LogMetric&, const LogMetric&) = default;
 };
 
-/// Decomposed metric M = R diag(e^{λ_i}) Rᵀ, for squared lengths Σ e^{λ_i} (r_i·v)². At anisotropy 10^8 the entries of
-/// M lose all digits along the long axis.
+/// Decomposed metric M = R diag(e^{λ_i}) Rᵀ. It yields accurate squared lengths Σ e^{λ_i} (r_i·v)² (r_i: columns of R).
+/// The entries of M, in contrast, lose all digits along the long axis at anisotropy 10^8.
 template <int D>
 struct SpectralMetric {
     Vec<D> log_values;
@@ -166,19 +169,20 @@ struct SpectralMetric {
     }
 };
 
-/// Φ(a, b) = (e^a − e^b)/(a − b) without cancellation: e^{(a+b)/2} sinh(δ)/δ with δ = (a − b)/2.
+/// Returns Φ(a, b) = (e^a − e^b)/(a − b) without cancellation, as e^{(a+b)/2} sinh(δ)/δ with δ = (a − b)/2.
 [[nodiscard]] inline double exp_divided_difference(double a, double b) {
     const double delta = (a - b) / 2;
     const double ratio = std::abs(delta) < 1e-4 ? 1 + delta * delta / 6 : sinh(delta) / delta;
     return exp((a + b) / 2) * ratio;
 }
 
-/// The same Φ(a, b) for known e^a and e^b; exponentials are computed only if a and b are close.
+/// Returns the same Φ(a, b) for known e^a and e^b. Exponentials are computed only if a and b are close.
 [[nodiscard]] inline double exp_divided_difference(double a, double b, double exp_a, double exp_b) {
     return std::abs(a - b) > 0.1 ? (exp_a - exp_b) / (a - b) : exp_divided_difference(a, b);
 }
 
-/// Derivative of exp in the direction E (Daletskii–Krein): D exp(L)[E] = R (Φ ∘ (Rᵀ E R)) Rᵀ.
+/// Derivative of exp at L = R diag(λ_i) Rᵀ in the direction E (Daletskii–Krein): D exp(L)[E] = R (Φ ∘ (Rᵀ E R)) Rᵀ,
+/// with Φ_ij = Φ(λ_i, λ_j) and the entrywise product ∘.
 template <int D>
 [[nodiscard]] inline Sym<D> exp_derivative(const SpectralMetric<D>& s, const Sym<D>& direction) {
     Sym<D> inner_part = congruence(transposed(s.vectors), direction);
@@ -188,7 +192,8 @@ template <int D>
     return congruence(s.vectors, inner_part);
 }
 
-/// Adjoint G of L ↦ vᵀ exp(L) v, whose change is ⟨G, ∂L⟩: G = R (Φ ∘ (w wᵀ)) Rᵀ, w = Rᵀ v.
+/// Returns the symmetric matrix G with d(vᵀ exp(L) v) = ⟨G, dL⟩, that is G = R (Φ ∘ (w wᵀ)) Rᵀ with w = Rᵀ v (notation
+/// of `exp_derivative`).
 template <int D>
 [[nodiscard]] inline Sym<D> length_squared_adjoint(const SpectralMetric<D>& s, const Vec<D>& v) {
     const Vec<D> w = transposed_times(s.vectors, v);
@@ -224,7 +229,7 @@ template <int D>
     return {composed(e)};
 }
 
-/// sqrt(λ_max/λ_min)
+/// Returns sqrt(λ_max/λ_min) for the eigenvalues λ of the metric.
 template <int D>
 [[nodiscard]] inline double anisotropy(const LogMetric<D>& log_metric) {
     const Vec<D> values = eigen_system(log_metric.l).values;
@@ -234,8 +239,8 @@ template <int D>
 
 }  // namespace camber
 
-/// Functions of many metrics in packs (core:tensors), for spans of equal sizes. Results are bitwise independent of
-/// other items and of the instruction set.
+/// Functions that process many metrics in packs (core:tensors). All spans of a call have equal sizes. Each result is
+/// bitwise independent of the other items and of the instruction set.
 export namespace camber {
 
 /// Computes sqrt(vᵀ M v) for each vector v and its metric M.
@@ -247,22 +252,22 @@ template <int D>
 void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, std::span<LogMetric<D>> metrics,
                          Instructions set = widest_instructions());
 
-/// Metric pulled back by a map F.
+/// Metric M̂ = Fᵀ M F: M pulled back by a linear map F.
 template <int D>
 struct PulledBackMetric {
-    LogMetric<D> log_metric;           ///< log M̂, M̂ = Fᵀ M F
-    Mat<D> axes = Mat<D>::identity();  ///< O = M^{1/2} F M̂^{-1/2}, orthogonal; maps the frame of M̂ to that of M
+    LogMetric<D> log_metric;           ///< log M̂
+    Mat<D> axes = Mat<D>::identity();  ///< orthogonal matrix M^{1/2} F M̂^{-1/2}; maps the frame of M̂ to that of M
     friend bool operator==(const PulledBackMetric&, const PulledBackMetric&) = default;
 };
-/// Pulls each metric back by its Jacobian F, from singular values (accurate for needles). If F is singular, the metric
-/// is unchanged.
+/// Pulls each metric back by its Jacobian F. Singular values make this accurate for needles. If F is singular, the
+/// metric is unchanged.
 template <int D>
 void pull_back_metrics(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
                        std::span<PulledBackMetric<D>> pulled_back, Instructions set = widest_instructions());
 
-/// Derivative of exp in the eigenvector frame of M, where it multiplies each entry of Rᵀ E R (`direction`) by Φ_ij =
-/// (e^{λ_i} − e^{λ_j})/(λ_i − λ_j). At high anisotropy other frames (`exp_derivative`, `log_derivative`) lose small
-/// entries of ∂M in rounding errors of λ_max.
+/// Derivative of exp in the frame R of the eigenvectors of M: each entry (i, j) of `direction` = Rᵀ E R is multiplied
+/// by Φ_ij = (e^{λ_i} − e^{λ_j})/(λ_i − λ_j). In other frames (`exp_derivative`, `log_derivative`), rounding errors of
+/// large entries hide small ones at high anisotropy.
 template <int D>
 [[nodiscard]] inline Sym<D> exp_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
     for (int i = 0; i < D; ++i)
@@ -271,7 +276,7 @@ template <int D>
     return direction;
 }
 
-/// Derivative of log in the eigenvector frame: divides by Φ_ij, also accurate at equal eigenvalues.
+/// Derivative of log in the frame R: each entry is divided by Φ_ij. The result is accurate also for equal eigenvalues.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
     for (int i = 0; i < D; ++i)
@@ -280,14 +285,14 @@ template <int D>
     return direction;
 }
 
-/// Inverse of `exp_derivative`: D log(M)[E] = R ((Rᵀ E R) / Φ) Rᵀ; `s` is M decomposed. Rounding of E causes errors ε
-/// |E|/λ_min in the block of small eigenvalues.
+/// Derivative of log at M, decomposed in `s`, and inverse of `exp_derivative`: D log(M)[E] = R ((Rᵀ E R) / Φ) Rᵀ.
+/// Relative rounding errors ε of E cause errors ε |E|/λ_min in the block of small eigenvalues.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative(const SpectralMetric<D>& s, const Sym<D>& direction) {
     return congruence(s.vectors, log_derivative_in_frame(s, congruence(transposed(s.vectors), direction)));
 }
 
-/// Decomposes the entries of M, so the anisotropy should be at most about 1e7.
+/// First decomposes the entries of M, so the anisotropy should be at most about 1e7.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative(const Metric<D>& metric, const Sym<D>& direction) {
     return log_derivative(SpectralMetric<D>(log(metric)), direction);
@@ -295,29 +300,30 @@ template <int D>
 
 }  // namespace camber
 
-/// High-order log-Euclidean interpolation on a K-simplex of degree N (paper §2.1,
-/// docs/algorithms/metric-interpolation.md), in three forms:
-///     (2) Bernstein polynomials B_α, log-metrics at the control points: BezierLogs
-///     (3) Lagrange functions, log-metrics at the nodes: LagrangeLogs
-///     (4) B_α with virtual log-metrics, virtual_logs(LagrangeLogs), the default
-/// (3) and (4) are equal; (2) differs, since its control points lie off the element.
+/// High-order log-Euclidean interpolation of metrics on a K-simplex of degree N
+/// (docs/algorithms/metric-interpolation.md). Three forms have the numbers of the paper (§2.1):
+///     (2) Bernstein polynomials B_α with log-metrics at the control points: BezierLogs
+///     (3) Lagrange functions with log-metrics at the nodes: LagrangeLogs
+///     (4) B_α with virtual log-metrics, computed by virtual_logs(LagrangeLogs); the default
+/// (3) and (4) are the same function. (2) is another one, since control points lie off the element.
 export namespace camber {
 
-/// Coefficients in the order of multi_indices<N, K>: log-metrics at control points for (2), virtual ones for (4).
+/// Bézier coefficients in the order of multi_indices<N, K>: log-metrics at control points in form (2), virtual
+/// log-metrics in form (4).
 template <int N, int K, int D>
 struct BezierLogs {
     std::array<LogMetric<D>, node_count<N, K>> logs{};
     friend bool operator==(const BezierLogs&, const BezierLogs&) = default;
 };
 
-/// Log-metrics at the Lagrange nodes F(α/N) on the element, in the order of multi_indices<N, K>.
+/// Log-metrics at the Lagrange nodes of the element, in the order of multi_indices<N, K>.
 template <int N, int K, int D>
 struct LagrangeLogs {
     std::array<LogMetric<D>, node_count<N, K>> logs{};
     friend bool operator==(const LagrangeLogs&, const LagrangeLogs&) = default;
 };
 
-/// Virtual log-metrics log M_α of (4), by the Lagrange-to-Bézier transformation.
+/// Returns the virtual log-metrics of form (4): the Bézier coefficients of the Lagrange interpolant.
 template <int N, int K, int D>
 [[nodiscard]] inline BezierLogs<N, K, D> virtual_logs(const LagrangeLogs<N, K, D>& nodes) {
     BezierLogs<N, K, D> out;
@@ -328,7 +334,7 @@ template <int N, int K, int D>
     return out;
 }
 
-/// log M(ξ) of form (2) or (4) above.
+/// Returns log M(ξ) of form (2) or (4).
 template <int N, int K, int D>
 [[nodiscard]] inline LogMetric<D> interpolated(const BezierLogs<N, K, D>& field, const Barycentric<K>& xi) {
     LogMetric<D> out;
@@ -345,7 +351,7 @@ template <int N, int K, int D>
     return out;
 }
 
-/// ∂ log M/∂ξ_i for i = 1 … K, with ξ_0 = 1 − Σ ξ_i.
+/// Returns ∂ log M/∂ξ_i for i = 1 … K, with ξ_0 = 1 − Σ ξ_i.
 template <int N, int K, int D>
 [[nodiscard]] inline std::array<Sym<D>, K> log_gradient(const BezierLogs<N, K, D>& field, const Barycentric<K>& xi) {
     std::array<Sym<D>, K> out{};
@@ -365,7 +371,7 @@ template <int N, int K, int D>
     return log_gradient(virtual_logs(nodes), xi);
 }
 
-/// ∂M/∂ξ_i = D exp(log M)[∂ log M/∂ξ_i]. The paper's exp(Q) ∂Q holds only if Q and ∂Q commute.
+/// Returns ∂M/∂ξ_i = D exp(Q)[∂Q/∂ξ_i] with Q = log M. The paper's formula exp(Q) ∂Q holds only if Q and ∂Q commute.
 template <class Field>
 [[nodiscard]] inline auto metric_gradient(const Field& field, const auto& xi) {
     auto gradient = log_gradient(field, xi);
@@ -374,13 +380,13 @@ template <class Field>
     return gradient;
 }
 
-/// Intersection by simultaneous reduction: the metric of the largest sizes with vᵀMv ≥ vᵀM_i v for every v, exact along
-/// shared axes. If one metric satisfies this for both, it is returned bitwise. At anisotropy a the result is accurate
-/// to a few a ε (1e-9 at a = 1e6).
+/// Returns the intersection M of the metrics M_1 (`a`) and M_2 (`b`) by simultaneous reduction: the metric with the
+/// largest sizes for which vᵀMv ≥ vᵀM_i v for all v. If M_1 or M_2 satisfies this, it is returned bitwise. Along shared
+/// axes the result is exact. Otherwise its relative error is a few ulps times the anisotropy (1e-9 at 1e6).
 template <int D>
 [[nodiscard]] inline EigenSystem<D> intersection(const EigenSystem<D>& a, const EigenSystem<D>& b) {
-    // With M_i = R_i Λ_i R_iᵀ and C = Λ_2^{1/2} R_2ᵀ R_1 Λ_1^{-1/2} = U Σ Vᵀ. Cᵀ has the left singular vectors V.
-    // Entries of M_1⁻¹ M_2 would cancel at high anisotropy.
+    // M_i = R_i Λ_i R_iᵀ, and C = Λ_2^{1/2} R_2ᵀ R_1 Λ_1^{-1/2} = U Σ Vᵀ. The variable `c` is Cᵀ, with the left
+    // singular vectors V. Entries of M_1⁻¹ M_2 would cancel at high anisotropy.
     Mat<D> c;
     for (int j = 0; j < D; ++j)
         for (int i = 0; i < D; ++i)
@@ -389,7 +395,8 @@ template <int D>
     const auto [low, high] = std::minmax_element(s.values.c.begin(), s.values.c.end());
     if (*high <= 1) return a;
     if (*low >= 1) return b;
-    // M = FᵀF with Fᵀ = R_1 Λ_1^{1/2} V max(1, Σ); log M is twice the log of F's singular values.
+    // M = FᵀF with Fᵀ = R_1 Λ_1^{1/2} V max(1, Σ). The eigenvalues of log M are twice the logs of the singular values
+    // of F.
     Mat<D> f;
     for (int j = 0; j < D; ++j)
         for (int i = 0; i < D; ++i)
@@ -405,8 +412,8 @@ template <int D>
     return {composed(intersection(eigen_system(a.l), eigen_system(b.l)))};
 }
 
-/// Largest ½ log of vᵀM_outer v/vᵀM_inner v: at most 0 if `inner` requests the smaller sizes in all directions, log 2
-/// for an edge to be halved.
+/// Returns the maximum over v of ½ log(vᵀM_outer v/vᵀM_inner v). It is at most 0 if `inner` requests the smaller size
+/// in each direction, and log 2 if `outer` requests half the size in some direction.
 template <int D>
 [[nodiscard]] inline double size_excess(const EigenSystem<D>& inner, const EigenSystem<D>& outer) {
     Mat<D> c;
@@ -422,7 +429,7 @@ template <int D>
     return size_excess(eigen_system(inner.l), eigen_system(outer.l));
 }
 
-/// Rotation in radians: `about` is the rotation vector in 3D; its first entry is the angle in 2D.
+/// Rotation. In 3D, `about` is the rotation vector: axis times angle in radians. In 2D, its first entry is the angle.
 template <int D>
 struct AxesTurn {
     Vec<3> about;
@@ -442,9 +449,9 @@ struct AxesTurn {
     [[nodiscard]] bool is_none() const { return about == Vec<3>{}; }
 };
 
-/// Rotation of a metric's axes between two places, exact for rotations in one plane
-/// (docs/algorithms/metric-interpolation.md). It is zero for equal sizes, which have no axes, and beyond about 0.8
-/// radians, where axes cannot be matched.
+/// Returns the rotation of a metric's axes between two places with the log-metrics `from` and `to`. It is exact for
+/// rotations in one plane, up to two factors (docs/algorithms/metric-interpolation.md). The rotation vanishes for equal
+/// sizes, which have no axes, and beyond about 0.8 radians, where axes cannot be matched.
 template <int D>
 [[nodiscard]] AxesTurn<D> turn_between(const Sym<D>& from, const Sym<D>& to) {
     const Sym<D> change = to - from;
@@ -460,7 +467,7 @@ template <int D>
         return theta * unlike * unlike / (1 + pow(theta / 0.9, 8));
     };
     if constexpr (D == 2) {
-        // If the frame of axes is a reflection, angles have the opposite sign.
+        // If the eigenvectors form a reflection, angles have the opposite sign.
         const double sign = det(mean.vectors.column[0], mean.vectors.column[1]) > 0 ? 1 : -1;
         turn.about[0] = sign * angle(0, 1);
     } else {

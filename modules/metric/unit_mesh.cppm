@@ -13,16 +13,18 @@ import :spd;
 /// Edge lengths and qualities of straight meshes with metrics at the vertices.
 export namespace camber {
 
-/// Lengths of edges of a unit mesh: 1/√2 to √2.
+/// In a unit mesh, edge lengths in the metric are between 1/√2 and √2.
 inline constexpr double shortest_unit_edge = 0.70710678118654752;
 inline constexpr double longest_unit_edge = 1.4142135623730951;
 
-/// Metric for measuring lengths: M = rowsᵀ rows, rows sqrt(λ_i) r_iᵀ; accurate at any anisotropy (see SpectralMetric).
+/// Metric M = rowsᵀ rows for measuring lengths. Its rows are sqrt(λ_i) r_iᵀ for eigenvalues λ_i and eigenvectors r_i.
+/// Accurate at any anisotropy (see SpectralMetric).
 template <int D>
 struct MeasuringMetric {
     std::array<Vec<D>, D> rows{};
     Vec<D> log_sizes;         ///< eigenvalues of log M, ascending
-    double density_root = 0;  ///< (sqrt(det M))^(1/(D + 1)); its product over an element's vertices is its mean density
+    double density_root = 0;  ///< (sqrt(det M))^(1/(D + 1)); the product over the vertices of an element is the
+                              ///< element's mean density
 
     MeasuringMetric() = default;
     explicit MeasuringMetric(const LogMetric<D>& log_metric) {
@@ -47,8 +49,8 @@ struct MeasuringMetric {
     friend bool operator==(const MeasuringMetric&, const MeasuringMetric&) = default;
 };
 
-/// Length of a straight edge with lengths a and b in the metrics at its ends: ∫ a^(1−t) b^t dt = (a − b)/ln(a/b)
-/// (geometric sizes, Alauzet).
+/// Length of a straight edge whose lengths in the metrics of its two ends are a and b: ∫ a^(1−t) b^t dt = (a −
+/// b)/ln(a/b). Sizes vary geometrically along the edge (Alauzet).
 [[nodiscard]] inline double logarithmic_mean(double a, double b) {
     const double sum = a + b;
     if (!(sum > 0)) return 0;
@@ -62,9 +64,9 @@ template <int D>
     return logarithmic_mean(std::sqrt(from.length_squared(edge)), std::sqrt(to.length_squared(edge)));
 }
 
-/// Shape of a simplex: mean ratio to the power D/2 with the volume's sign, 36 √12 V/(Σ l²)^(3/2), in 2D 4 √3 A / Σ l².
-/// V includes the geometric mean of the vertex densities; l² is the mean over an edge's two end metrics. Exact in a
-/// constant metric.
+/// Shape of a simplex: the mean ratio to the power D/2, with the sign of the volume. It is 36 √12 V/(Σ l²)^(3/2) in 3D
+/// and 4 √3 A/Σ l² in 2D. V and A are volume and area times the geometric mean of sqrt(det M) at the vertices. l² is
+/// the mean squared length of an edge in the metrics of its two ends. Exact in a constant metric.
 template <int D>
 [[nodiscard]] double metric_shape(const std::array<Vec<D>, D + 1>& corners,
                                   const std::array<const MeasuringMetric<D>*, D + 1>& metrics) {
@@ -81,19 +83,19 @@ template <int D>
     if (!(squares > 0)) return 0;
     const double measure = det(sides) * density;
     if constexpr (D == 2) return 2 * std::sqrt(3.0) * measure / squares;
-    // (12 (3V)^(2/3))^(3/2), V being a sixth of the determinant.
+    // This is (12 (3V)^(2/3)/Σ l²)^(3/2), where V is a sixth of `measure`.
     return 6 * std::sqrt(12.0) * measure / (squares * std::sqrt(squares));
 }
 
-/// Mean ratio of a shape, with the volume's sign; 1 for the regular simplex.
+/// Returns the mean ratio from a shape: 1 for the regular simplex, negative for inverted ones.
 [[nodiscard]] inline double quality_of_shape(double shape, int dimension) {
     return dimension == 2 ? shape : std::copysign(cbrt(shape * shape), shape);
 }
 [[nodiscard]] inline double shape_of_quality(double quality, int dimension) {
     return dimension == 2 ? quality : std::copysign(std::abs(quality) * std::sqrt(std::abs(quality)), quality);
 }
-/// Shape (of dimension 3) of a triangle in space: (4 √3 A / Σ l²)^(3/2). A is the geometric mean of its areas in the
-/// vertex metrics.
+/// Shape of a triangle in space, comparable with that of tetrahedra: (4 √3 A/Σ l²)^(3/2), with l² as in `metric_shape`.
+/// A is the geometric mean of the areas in the vertex metrics.
 [[nodiscard]] inline double triangle_shape(const std::array<Vec<3>, 3>& corners,
                                            const std::array<const MeasuringMetric<3>*, 3>& metrics) {
     double areas = 1, squares = 0;
@@ -122,9 +124,9 @@ struct EdgeEndMetric {
     const MeasuringMetric<D>& measure;
 };
 
-/// Mean of two metrics whose axes differ by an angle α (docs/algorithms/metric-interpolation.md): axes of the mean log,
-/// means of the sorted log sizes. For α above 0.6, and nearly equal sizes, which have no order, it becomes the mean
-/// log.
+/// Mean of two metrics with different axes (docs/algorithms/metric-interpolation.md). It has the axes of the mean of
+/// their logs, and the means of their sorted eigenvalues `log_sizes_a` and `log_sizes_b`. For angles above 0.6 radians,
+/// and for nearly equal sizes, which have no order, it becomes the mean of the logs.
 template <int D>
 [[nodiscard]] EigenSystem<D> frame_mean(const LogMetric<D>& a, const Vec<D>& log_sizes_a, const LogMetric<D>& b,
                                         const Vec<D>& log_sizes_b) {
@@ -146,8 +148,8 @@ template <int D>
 }
 
 /// Length of a quadratic edge from the metrics at its ends, in closed form (docs/algorithms/cavity-operator.md).
-/// `offset` is the vector from the chord's middle to the node. For straight edges with common axes it is the
-/// logarithmic mean; otherwise Simpson's correction for the middle is added.
+/// `offset` is the vector from the chord's middle to the edge node. For straight edges between metrics with common
+/// axes, the length is the `logarithmic_mean`. Otherwise Simpson's rule adds a correction for the middle.
 template <int D>
 [[nodiscard]] double quadratic_edge_length(const EdgeEndMetric<D>& a, const EdgeEndMetric<D>& b, const Vec<D>& chord,
                                            const Vec<D>& offset) {
@@ -165,20 +167,21 @@ template <int D>
 
 }  // namespace camber
 
-/// Distortion of a P2 element in a metric, at a point and as a mean with its gradient (docs/algorithms/distortion.md).
-/// With A = M^{1/2} J W⁻¹, J the Jacobian and W that of the regular simplex,
-///     distortion η = tr(AᵀA) / (D det(A)^{2/D}) ≥ 1, quality 1/η, with the sign of det J.
-/// On straight elements in a constant metric 1/η is metric_quality.
+/// Distortion of quadratic elements in a metric M, at a point and as a mean with its gradient
+/// (docs/algorithms/distortion.md). A = M^{1/2} J W⁻¹, with the Jacobian J of the element and W of the regular simplex.
+/// Then
+///     distortion η = tr(AᵀA) / (D |det A|^{2/D}) ≥ 1, quality 1/η with the sign of det J.
+/// For straight elements in a constant metric the quality is `metric_quality`.
 export namespace camber {
 
-/// Lagrange nodes of a P2 simplex: the vertices, then the edge nodes in the order of `local_edges`.
+/// Lagrange nodes of a quadratic simplex: the vertices, then the edge nodes in the order of `local_edges`.
 template <int D>
 using QuadraticNodes = std::array<Vec<D>, quadratic_nodes<D>>;
 template <int D>
 using VertexLogMetrics = std::array<LogMetric<D>, D + 1>;
 
-/// Scaled metric M/det(M)^{1/D} = rootᵀ root at the rule's points, rows sqrt(λ_i) r_iᵀ. Independent of the element's
-/// nodes.
+/// Scaled metric M/det(M)^{1/D} = rootᵀ root at the points of `distortion_rule`. The rows of `root` are sqrt(λ_i) r_iᵀ
+/// for its eigenvalues λ_i and eigenvectors r_i. It is independent of the element's nodes.
 template <int D>
 struct ElementMetric {
     std::array<std::array<Pack, D>, D> root{};  ///< root[i][c] is coordinate c of row i, one point per lane
@@ -187,8 +190,8 @@ template <int D>
 [[nodiscard]] ElementMetric<D> element_metric(const VertexLogMetrics<D>& vertices,
                                               Instructions set = widest_instructions());
 
-/// `mean`: 1 over the mean of η by the rule; `least`: minimum of 1/η at its points. The mean is 0 unless det J has one
-/// sign at all points, and negative if that sign is. Never NaN.
+/// Quality at the points of `distortion_rule`. `least` is its minimum. `mean` is 1 over the mean of η. It is negative
+/// if det J is negative at all points, and 0 if det J has no common sign. Both are never NaN.
 struct CurvedQuality {
     double mean = 0, least = 0;
     friend bool operator==(const CurvedQuality&, const CurvedQuality&) = default;
@@ -197,7 +200,8 @@ template <int D>
 [[nodiscard]] CurvedQuality curved_quality(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric,
                                            Instructions set = widest_instructions());
 
-/// Mean, and its derivatives by the nodes with metrics and other nodes fixed; zero if the mean is 0.
+/// Mean quality, and its derivatives by the positions of the nodes with fixed metrics. The derivatives are zero if the
+/// mean is 0.
 template <int D>
 struct CurvedQualityGradient {
     double mean = 0;
@@ -208,16 +212,16 @@ template <int D>
                                                                const ElementMetric<D>& metric,
                                                                Instructions set = widest_instructions());
 
-/// 1/η at a point, with the sign of det J, without packs; 0 if not finite.
+/// Returns the quality at one point; 0 if it is not finite.
 template <int D>
 [[nodiscard]] double quality_at(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                                 const Barycentric<D>& xi);
 
-/// Quadrature rule exact to degree 3 with positive weights, one point per lane (docs/algorithms/distortion.md). The
-/// eighth lane of triangles has weight 0.
+/// Quadrature rule with positive weights, exact to degree 3, one point per lane (docs/algorithms/distortion.md). The
+/// rule for triangles has seven points; the weight of lane eight is 0.
 template <int D>
 struct DistortionRule {
-    std::array<std::array<double, pack_size>, D + 1> xi{};  ///< xi[i][point]: coordinate i
+    std::array<std::array<double, pack_size>, D + 1> xi{};  ///< xi[i][lane]: barycentric coordinate i of a point
     std::array<double, pack_size> weights{};
 };
 template <int D>
@@ -250,7 +254,7 @@ inline constexpr DistortionRule<D> distortion_rule = [] {
 
 namespace camber {
 
-/// ∇ξ_i in the regular simplex: minus the sum of the rows of W⁻¹, then these rows.
+/// Gradients ∇ξ_i in the regular simplex. For i ≥ 1 they are the rows of W⁻¹; ∇ξ_0 is minus their sum.
 template <int D>
 inline constexpr std::array<Vec<D>, D + 1> regular_gradients = [] {
     constexpr double a = std::numbers::inv_sqrt3;
@@ -264,7 +268,7 @@ inline constexpr std::array<Vec<D>, D + 1> regular_gradients = [] {
     return rows;
 }();
 
-/// J W⁻¹ of the straight element. The offset of an edge node adds offset ⊗ 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j).
+/// Returns J W⁻¹ of the straight element. Each edge i–j of a curved element adds offset ⊗ 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j).
 template <int D>
 [[nodiscard]] constexpr Mat<D> straight_jacobian(const QuadraticNodes<D>& nodes) {
     Mat<D> a;
@@ -306,14 +310,14 @@ template <int D>
 
 export namespace camber {
 
-/// Bounds of the minimum of 1/η: at least `bound` (up to rounding); a sampled point has `attained`. If det J is not
-/// proven positive, `bound` is −1, below any quality.
+/// Bounds of the minimum quality of an element. It is at least `bound` (up to rounding), and at most `attained`, a
+/// sampled value. If det J is not proven positive, `bound` is −1, below any quality.
 struct QualityBound {
     double bound = -1, attained = 1;
     friend bool operator==(const QualityBound&, const QualityBound&) = default;
 };
 
-/// Refinement stops if the bound reaches `enough` or the fraction `share` of the attained quality, or after
+/// Bisection stops when the bound reaches `enough` or the fraction `share` of the attained quality, or after
 /// `bisections`.
 struct BoundEffort {
     double enough = 1;
@@ -322,8 +326,9 @@ struct BoundEffort {
 };
 inline constexpr int max_bisections = 128;
 
-/// Bounds the minimum of 1/η by Bézier coefficients (docs/algorithms/distortion.md). Bisects where the bound is lowest,
-/// at most `max_bisections` times. Converges to the minimum; exact at once on straight elements in a constant metric.
+/// Bounds the minimum quality of an element by Bézier coefficients (docs/algorithms/distortion.md). The part with the
+/// lowest bound is bisected, at most `max_bisections` times. The bound converges to the minimum. It is exact at once on
+/// straight elements in a constant metric.
 template <int D>
 [[nodiscard]] QualityBound bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                                          const BoundEffort& effort = {});
@@ -357,14 +362,15 @@ template <int D>
                                                              std::span<const LogMetric<D>> log_metrics,
                                                              const Execution& execution);
 
-/// Edge lengths; mean qualities of the elements, and bounds of their minimum qualities.
+/// Lengths of the edges; mean qualities of the elements, and bounds of their minimum qualities.
 struct CurvedMeasures {
     Buffer<double> lengths, qualities;
     Buffer<QualityBound> least;
 };
 
-/// A bound below the mesh's lowest attained quality is refined, by at most `bisections`, until it exceeds that quality
-/// or nearly reaches the element's attained one. Errors: stopped, memory.
+/// Measures all edges and elements. Let q be the lowest attained quality of the mesh. Each bound below q is refined, by
+/// at most `bisections`, until it exceeds q or nearly reaches the attained quality of its element. Errors: stopped,
+/// memory.
 template <int D>
 [[nodiscard]] Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh,
                                                      std::span<const LogMetric<D>> log_metrics, int bisections,

@@ -1,5 +1,5 @@
-// Corrections of quadratic stars with invalid elements: the edge nodes are relaxed, moved singly by linear programs, or
-// moved together.
+// Correction of quadratic stars with invalid elements. The edge nodes are relaxed first, then moved one by one by
+// linear programs, then moved together.
 module;
 #include <algorithm>
 #include <array>
@@ -23,8 +23,8 @@ namespace camber {
 
 namespace {
 
-/// True if no coefficient of det J exceeds its rounding error. Such elements count as invalid, since a decision in
-/// extended precision is expensive.
+/// True if all coefficients of det J are zero up to rounding. Such an element counts as invalid, because a decision in
+/// extended precision would be expensive.
 template <int D>
 bool is_flat_to_rounding(const NodalSimplex<D>& element, const JacobianSummary& jacobian) {
     if (!(std::abs(jacobian.straight) <= jacobian.error && std::abs(jacobian.lowest) <= jacobian.error)) return false;
@@ -44,7 +44,8 @@ void CurvedNodes<D>::begin_elements() {
     w_.optimisation_problems = 0;
 }
 
-/// Uses the lower bound `lowest_jacobian` if a new element is invalid and a removed element violates `min_jacobian`.
+/// Decides the validity of the new elements. If one is invalid and a removed element violates `min_jacobian`,
+/// `lowest_jacobian` replaces this bound.
 template <int D>
 void CurvedNodes<D>::judge_elements() {
     refresh_stale();
@@ -337,7 +338,7 @@ JointProblem<D> CurvedNodes<D>::approach_problem() const {
                 is_moved |= unknown != JointProblem<D>::fixed;
             }
         if (!is_moved) continue;
-        constexpr double margin = 1e-3;  // certificates need this margin for rounding of the coefficients
+        constexpr double margin = 1e-3;  // relative margin, so that certificates succeed in spite of rounding
         element.bezier = bezier_form(NodalSimplex<D>{cone.nodes});
         element.floor = bound_ * (1 + margin);
         problem.elements.push_back(element);
@@ -352,12 +353,12 @@ bool CurvedNodes<D>::are_elements_good() {
     return true;
 }
 
-// Joint optimisation of the star's inner nodes and of nodes around the star. Moving single nodes does not suffice if
+// Joint optimisation of the inner nodes of a star and of nodes around the star. Moving one node after another fails if
 // the sagitta of a long edge exceeds the height of the adjacent elements.
 
 namespace {
 
-/// Maximum number of inner nodes in one problem: the cost of a step is quadratic in this number.
+/// Maximum number of inner nodes in one problem. The cost of a step is quadratic in this number.
 constexpr std::size_t max_together = 32;
 
 constexpr double fair_quality = 0.3;
@@ -440,8 +441,8 @@ bool CurvedNodes<D>::gather_outside(ElementId e) {
     return true;
 }
 
-/// Target of the edge's node: by `goal_.target_nodes`, or in closed form; the current node if the goal searches for
-/// nodes.
+/// Target of the edge's node: from `goal_.target_nodes`, otherwise by `accurate_offsets`. If the goal searches for
+/// nodes, the target is the current node.
 template <int D>
 Vec<D> CurvedNodes<D>::target_node_of(EdgeId edge) const {
     if (!goal_.target_nodes.empty()) return goal_.target_nodes[edge].point;
@@ -455,13 +456,13 @@ Vec<D> CurvedNodes<D>::target_node_of(EdgeId edge) const {
     return midpoint(r_.mesh.points[a], r_.mesh.points[b]) + offset[0];
 }
 
-/// Minimises the distances of nodes from their targets while the elements meet their bounds.
+/// Problem: minimise the distances of nodes from their targets, so that all elements meet their Jacobian bounds.
 template <int D>
 JointProblem<D> CurvedNodes<D>::bending_problem() {
     using Problem = JointProblem<D>;
     Problem problem;
     problem.first_penalty = Problem::strong;
-    constexpr double margin = 1e-3;  // certificates need this margin for rounding of the coefficients
+    constexpr double margin = 1e-3;  // relative margin, so that certificates succeed in spite of rounding
     std::vector<int> unknown_of(w_.spokes.size(), Problem::fixed);
     w_.short_of_place.clear();
     for (std::uint32_t s = 0; s < w_.spokes.size() && w_.short_of_place.size() < max_together; ++s) {
@@ -530,8 +531,8 @@ void CurvedNodes<D>::bend(const std::vector<Vec<D>>& before, const std::vector<V
     refresh_stale();
 }
 
-/// True if all elements have fair quality; elements outside the star may instead be no worse than before. Strongly bent
-/// elements seldom improve later.
+/// True if each element has fair quality. An element outside the star must only get no worse. Strongly bent elements
+/// seldom improve later.
 template <int D>
 bool CurvedNodes<D>::is_bent_well() {
     const double fair = shape_of_quality(fair_quality, D);

@@ -23,8 +23,9 @@ namespace camber {
 
 namespace {
 
-// Curves of a cavity before the operation. Each removed element is a map x(X) = X + Σ 4 λ_i λ_j d_k from its straight
-// to its curved shape, with barycentric coordinates λ and the offset d_k of the node of edge k = (i, j).
+// Curves of a cavity before the operation. A removed element maps a point X of its straight shape to the point x(X) = X
+// + Σ 4 λ_i λ_j d_k of its curved shape. The sum is over the edges k = (i, j). λ: barycentric coordinates of X. d_k:
+// offset of the node of edge k from the chord middle.
 
 std::array<Vec<2>, 2> dual(const Mat<2>& m) {
     const auto& [a, b] = m.column;
@@ -35,14 +36,15 @@ std::array<Vec<3>, 3> dual(const Mat<3>& m) {
     return {cross(b, c), cross(c, a), cross(a, b)};
 }
 
-/// Stores the elements of nonzero straight volume in `pieces`. Returns false, without pieces, if all elements are
-/// straight to rounding.
+/// Stores the elements of nonzero straight volume in `pieces`. Returns false if all elements are straight up to
+/// rounding.
 template <int D>
 bool old_elements_of(const Adaptation<D>& r, const std::vector<ElementId>& elements,
                      std::vector<OldElement<D>>& pieces) {
     pieces.clear();
     const auto is_bent = [&](EdgeId edge) {
-        constexpr double rounding = 1e-14;  // relative to the chord
+        constexpr double rounding = 1e-14;  // largest offset of a node from the chord middle that counts as 0, relative
+                                            // to the chord
         const auto& [a, b] = r.mesh.edges[edge];
         const double chord = norm_squared(r.mesh.points[b] - r.mesh.points[a]);
         return norm_squared(offset_of(r.mesh, edge)) > rounding * rounding * chord;
@@ -69,7 +71,6 @@ bool old_elements_of(const Adaptation<D>& r, const std::vector<ElementId>& eleme
     return true;
 }
 
-/// Barycentric coordinates of `p` in the piece's straight shape.
 template <int D>
 std::array<double, D + 1> place_in(const OldElement<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi{};
@@ -81,7 +82,7 @@ std::array<double, D + 1> place_in(const OldElement<D>& piece, const Vec<D>& p) 
     return xi;
 }
 
-/// Maps `p` from the straight to the curved shape. Negative barycentric coordinates count as 0.
+/// Maps `p` from the straight to the curved shape. Negative barycentric coordinates of `p` are replaced by 0.
 template <int D>
 Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi = place_in(piece, p);
@@ -95,7 +96,8 @@ Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     return out;
 }
 
-/// Maps `p` by the piece that contains `p` or is nearest to it.
+/// Maps `p` by the piece that contains `p`, otherwise by the piece in which the smallest barycentric coordinate of `p`
+/// is largest.
 template <int D>
 Vec<D> old_map(const std::vector<OldElement<D>>& pieces, const Vec<D>& p) {
     const OldElement<D>* best = nullptr;
@@ -115,10 +117,10 @@ template <int D>
 struct OldPlace {
     Vec<D> point;
     int rank = 0;
-    /// smallest barycentric coordinate
     double least = -std::numeric_limits<double>::infinity();
 };
-/// Updates `best` if this boundary simplex has a higher rank, or the same rank and a larger smallest coordinate of `p`.
+/// Replaces `best` by the image of `p` on this boundary simplex if the simplex has a higher rank or, at equal rank, a
+/// larger smallest barycentric coordinate of `p`.
 template <int D, int K>
 void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, edges_per_simplex<K>>& nodes,
              const Vec<D>& p, int rank, OldPlace<D>& best) {
@@ -130,7 +132,7 @@ void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, 
         xi[1] = dot(u, x) / norm_squared(u);
     } else {
         const Vec<D> v = corners[2] - corners[0];
-        const Vec<D> n = cross(u, v);  // dot products of sides would be inaccurate for thin facets
+        const Vec<D> n = cross(u, v);  // dot products of u, v and x would be inaccurate for thin facets
         xi[1] = dot(cross(x, v), n) / norm_squared(n);
         xi[2] = dot(cross(u, x), n) / norm_squared(n);
     }
@@ -138,8 +140,7 @@ void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, 
     for (int i = 1; i <= K; ++i) xi[0] -= xi[i];
     const double least = *std::ranges::min_element(xi);
     if (!(rank > best.rank ? std::isfinite(least) : least > best.least))
-        return;  // for zero area, `least` is infinite
-                 // or NaN
+        return;  // if the simplex is degenerate, `least` is infinite or NaN
     best = {p, rank, least};
     double sum = 0;
     for (double& c : xi) sum += c = std::max(c, 0.0);
@@ -263,7 +264,7 @@ template <int D>
 Vec<D> CurvedNodes<D>::old_place_on_sides(std::size_t s, const Vec<D>& p) const {
     OldPlace<D> best{p};
     const auto [a, b] = request_.halves;
-    // Prefers simplices with the spoke's end or the split edge, since others may overlap at `p`.
+    // Several simplices may overlap at `p`. A simplex with the spoke's end or the split edge has a higher rank.
     const auto rank = [&](const auto& simplex) {
         const bool is_split = a.valid() && local_vertex(simplex, a) >= 0 && local_vertex(simplex, b) >= 0;
         return (local_vertex(simplex, vertex(s)) >= 0 ? 1 : 0) + (is_split ? 2 : 0);
@@ -302,7 +303,7 @@ void CurvedNodes<D>::put_on_geometry() {
         const std::optional<Vec<D>> target = target_on_geometry(s);
         if (!target) continue;
         if (request_.share == 1 && !goal_.target_nodes.empty())
-            spoke.extended = *target;  // avoids the rounding of the sum below
+            spoke.extended = *target;  // the same as the sum below, without its rounding
         else
             spoke.extended += request_.share * (*target - spoke.extended);
         spoke.target = spoke.node = spoke.extended;
@@ -385,7 +386,8 @@ void CurvedNodes<D>::search_free() {
     const auto& [options, rules] = *goal_.search;
     w_.searched.clear();
     for (const std::uint32_t s : w_.free) {
-        // Searches from the end with lower coordinates, so that an edge with several minima always has the same target.
+        // The search starts from the end with lower coordinates. An edge with several minima then has the same target
+        // in all cavities.
         const VertexId v = vertex(s);
         const BackVertex<D> point{request_.place, request_.metric.log_metric};
         const BackVertex<D> other{end(s), r_.vertices.metrics[v].log_metric};

@@ -22,22 +22,21 @@ namespace camber {
 
 inline constexpr std::size_t no_face = std::numeric_limits<std::size_t>::max();
 
-/// A fault of a star, and the index in `Star::joined` of the faulty element's face, or `no_face`.
+/// A fault of a star. `joined`: index in `Star::joined` of the face with the faulty element, or `no_face`.
 struct StarDefect {
     RejectionReason reason = RejectionReason::none;
     std::size_t joined = no_face;
-    double worst_shape = std::numeric_limits<double>::infinity();  ///< lowest quality of an element, if there is no
-                                                                   ///< fault
+    double worst_shape = std::numeric_limits<double>::infinity();
 };
 
 struct ElementState {
     bool is_valid = false, is_flat = false;
-    double shape = 0;           ///< quality of a valid element
-    bool is_tolerated = false;  ///< the element may be invalid, like the removed one
+    double shape = 0;
+    bool is_tolerated = false;  ///< the element may be invalid, because it replaces an invalid one
 };
 
-/// True if the lengths of edges that the request creates or moves are within the limits, as far as their nodes are
-/// placed.
+/// True if the lengths of edges that the request creates or moves are within the limits. Edges whose nodes are not
+/// placed yet are ignored.
 template <class ToPoint, class Nodes>
 [[nodiscard]] bool lengths_fit(std::span<const ToPoint> to_point, bool point_moves, const PatchLimits& limits,
                                const Nodes& nodes) {
@@ -50,7 +49,7 @@ template <class ToPoint, class Nodes>
     return true;
 }
 
-/// Returns the element's first fault in the order `volume`, `height`, `quality`, or `none`.
+/// Returns the first fault of the element in the order `volume`, `height`, `quality`; `none` if it has no fault.
 template <int D>
 [[nodiscard]] RejectionReason rejection_of(const ElementState& e, QualityCriterion<D>& bar) {
     if (e.is_tolerated) return RejectionReason::none;
@@ -59,8 +58,8 @@ template <int D>
     return bar.is_met(e.shape) ? RejectionReason::none : RejectionReason::quality;
 }
 
-/// Returns the most serious defect, or the first if `is_judged_by_element`. `defective`: indices of checked elements
-/// with this defect. `shapes`: qualities of the elements, complete only without a defect.
+/// Returns the most serious defect of the new elements or, if `is_judged_by_element`, the first defect. `defective`:
+/// indices of the elements with this defect. `shapes`: qualities of all elements, if there is no defect.
 template <int D, class Nodes>
 [[nodiscard]] StarDefect find_defects(std::size_t elements, const Nodes& nodes, QualityCriterion<D>& bar,
                                       std::vector<std::size_t>& defective, std::vector<double>& shapes) {
@@ -77,7 +76,7 @@ template <int D, class Nodes>
         }
         if (rank(reason) == rank(found.reason)) defective.push_back(j);
     };
-    if constexpr (!Nodes::is_judged_by_element) {  // validity is checked first: it needs no qualities
+    if constexpr (!Nodes::is_judged_by_element) {  // checks validity first, because this needs no qualities
         for (std::size_t j = 0; j < elements; ++j)
             if (nodes.is_broken(j)) add(RejectionReason::volume, j);
         if (!defective.empty()) return found;
@@ -106,16 +105,18 @@ struct JudgedRequest {
 // Nodes of a quadratic star (paper §3.2).
 
 /// Computes the nodes of the edges from the point of `patch.star` to its boundary (`patch.nodes`) in steps:
-/// 1. Edges shared with elements or facets outside of the cavity keep their nodes. Boundary nodes lie on the geometry.
-///    The metric determines the other nodes (`accurate_offsets`).
-/// 2. Elements below `limits.min_jacobian` or of too low quality have their inner nodes relaxed to the old curves, half
-///    of the way, then fully. The removed elements map the middle of the new chord to the old curves, from straight to
-///    curved shapes. If nothing else bends or moves, the halves of a split edge reproduce it.
-/// 3. If elements are still invalid, their inner nodes move one by one to maximise the smallest Jacobian around the
-///    edge, by at most `limits.optimisation_problems` linear programs (`max_min_node`).
-/// 4. If that fails, one problem moves all inner nodes. A second one also moves at most `limits.bend_around` nodes on
-///    the invalid elements' outer faces, and checks the elements outside with these edges.
-/// 5. Lengths along the curves must be within the limits.
+/// 1. Edges that also belong to elements or facets outside the cavity keep their nodes. Nodes of boundary edges are
+///    placed on the geometry. The metric determines the nodes of inner edges (`accurate_offsets`).
+/// 2. Elements below `limits.min_jacobian` or of too low quality have their inner nodes relaxed: the nodes move half of
+///    the way to the old curves, then all the way. The position of a node on the old curves is the image of the chord
+///    middle in the maps of the removed elements from straight to curved shapes. Halves of a split edge reproduce its
+///    curve, if no other edge is curved and the point stays on the curve.
+/// 3. Inner nodes of elements that are still invalid move one by one. A linear program (`max_min_node`) maximises the
+///    smallest Jacobian around the edge. At most `limits.optimisation_problems` programs are solved.
+/// 4. If that fails, one problem moves all inner nodes together. If this fails too, a second problem also moves at most
+///    `limits.bend_around` nodes on the outer faces of the invalid elements. It includes the elements outside the
+///    cavity that have these nodes.
+/// 5. Lengths of the curved edges must be within the limits.
 template <int D>
 class CurvedNodes {
   public:
@@ -131,12 +132,11 @@ class CurvedNodes {
           bar_(bar) {}
 
     static constexpr int degree = 2;
-    /// False: all elements are checked, for validity first.
+    /// False: the validity of all elements is checked before qualities.
     static constexpr bool is_judged_by_element = false;
 
-    /// Computes the nodes of inner edges, which is cheap.
     void place_inner();
-    /// Computes the nodes of all other edges. Returns true if there are any.
+    /// Computes the nodes of all other edges. Returns true if there are such edges.
     bool place_others();
     [[nodiscard]] bool is_placed(std::size_t spoke) const { return are_all_placed_ || is_free(spoke); }
     [[nodiscard]] double length_to(std::size_t spoke) const;
@@ -144,9 +144,9 @@ class CurvedNodes {
     void judge_elements();
     [[nodiscard]] bool is_broken(std::size_t joined) const;
     [[nodiscard]] ElementState element(std::size_t joined) const;
-    /// Moves nodes to correct a fault; false if no node moved.
+    /// Moves nodes of elements with this fault. Returns false if no further correction is possible.
     [[nodiscard]] bool correct(RejectionReason reason);
-    /// Moves relaxed nodes together towards their targets if the elements stay valid and good enough.
+    /// Moves relaxed nodes together towards their targets, if the elements stay valid and good enough.
     void approach();
     void set_edges(Patch<D>& patch) const;
     [[nodiscard]] int optimisation_problems() const { return w_.optimisation_problems; }
@@ -160,25 +160,22 @@ class CurvedNodes {
     [[nodiscard]] Vec<D> middle(std::size_t spoke) const { return midpoint(request_.place, end(spoke)); }
 
     void begin_spokes();
-    /// Maps `p`, the origin or a point between the origin and `v`, to the old curves. Uses the largest removed element
-    /// at the point with vertex `v` (if valid), since smaller elements may be almost flat. If there is none, uses the
-    /// nearest element.
+    /// Maps a point `p` of the straight cavity to the old curves. Uses the largest removed element that contains the
+    /// star's point and, if `v` is valid, `v`, because smaller elements may be almost flat. If there is none, uses the
+    /// element nearest to `p`.
     [[nodiscard]] Vec<D> old_place_of(const Vec<D>& p, VertexId v) const;
-    /// The cavity's edge to `v`; invalid if there is none.
     [[nodiscard]] EdgeId target_edge(VertexId v) const;
-    /// The node of the cavity's edge to `v`, if the point does not move.
     [[nodiscard]] std::optional<Vec<D>> old_edge_node(const Vec<D>& origin, VertexId v) const;
-    /// Computes the spoke's `extended`: a position on the old curves plus half of the point's offset from them.
+    /// Computes the spoke's `extended`: a position on the old curves plus half of the offset of the star's point from
+    /// these curves.
     void extend(std::size_t spoke);
-    /// Maps `p` by removed facets (on a line: edges). Maps of elements would leave the surface where straight elements
-    /// are inverted.
+    /// Maps `p` to the old curves by removed facets (for spokes on lines: by removed lines). Maps of elements would
+    /// leave the surface where straight elements are inverted.
     [[nodiscard]] Vec<D> old_place_on_sides(std::size_t s, const Vec<D>& p) const;
     void put_on_geometry();
-    /// Empty if the spoke has no surface and is not on an embedded line.
     [[nodiscard]] std::optional<Vec<D>> target_on_geometry(std::size_t s) const;
     void place_targets();
     void take_targets();
-    /// Reuses edges that are bent already: their nodes do not depend on the cavity.
     void take_bent(const std::vector<BentSpoke<D>>& bent);
     void put_bent(std::size_t spoke, const Vec<D>& offset, double length);
     void bend_free();
@@ -190,29 +187,25 @@ class CurvedNodes {
     void decide_cone(Cone<D>& cone, const JacobianSummary& jacobian) const;
     [[nodiscard]] double shape_of_cone(Cone<D>& cone) const;
     [[nodiscard]] bool replaces_worse_where_invalid() const;
-    /// True if det J may fall below `rounding_floor`, the limit for linear elements.
     [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const JacobianSummary& jacobian) const;
-    /// True if the limits allow invalid elements to stay, and the removed element with the same vertices is invalid.
     [[nodiscard]] bool may_stay_invalid(std::size_t joined) const;
     [[nodiscard]] bool is_good(Cone<D>& cone);
     [[nodiscard]] bool replaces_worse() const;
-    /// Relaxes the nodes of faulty elements by one step; false if none can relax further.
+    /// Relaxes the inner nodes of elements with this fault by one step. Returns false if all are fully relaxed.
     [[nodiscard]] bool draw_back(RejectionReason reason);
     void mark_stale();
-    /// True for inner edges, except the halves of a split edge: they preserve the curve.
+    /// True for inner edges, except the halves of a split edge, which preserve its curve.
     [[nodiscard]] bool is_free(std::size_t s) const {
         return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != request_.halves[0] &&
                vertex(s) != request_.halves[1];
     }
-    /// True if the removed element may leave the cavity, which is cheaper than a linear program.
     [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const;
-    /// Solves linear programs; true if all elements become valid.
+    /// Moves single nodes by linear programs. Returns true if all elements become valid.
     [[nodiscard]] bool raise();
-    /// Moves all inner nodes together, and at most `rim` nodes of outer faces; false if that fails.
+    /// Moves all inner nodes together; if this fails, also nodes of outer faces. Returns false if both fail.
     [[nodiscard]] bool bend_together();
     [[nodiscard]] bool bend_together(int rim);
     void gather_rim(int rim);
-    /// Adds an element outside; false if it violates `lowest_jacobian`.
     [[nodiscard]] bool gather_outside(ElementId e);
     [[nodiscard]] Vec<D> target_node_of(EdgeId edge) const;
     [[nodiscard]] JointProblem<D> bending_problem();
@@ -238,8 +231,8 @@ class CurvedNodes {
     Patch<D>& out_;
     double bound_ = 0;
     bool are_all_placed_ = false, has_raised_ = false;
-    bool is_bent_ = false;  ///< a removed element is curved
-    Vec<D> shift_{};        ///< half of the point's offset from the old curves
+    bool is_bent_ = false;
+    Vec<D> shift_{};  ///< half of the offset of the star's point from the old curves
     QualityCriterion<D>& bar_;
 };
 

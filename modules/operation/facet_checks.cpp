@@ -23,7 +23,7 @@ Box<D> box_of_wall(const DynamicMesh<D>& mesh, const NodalFacet<D>& facet) {
     return box;
 }
 
-/// True if the facets are proved disjoint, or are straight and do not cross.
+/// True if the facets do not cross. Curved facets must be proved disjoint.
 template <int D>
 bool are_clear(const DynamicMesh<D>& mesh, const NodalFacet<D>& first, const NodalFacet<D>& second) {
     if (mesh.is_curved()) return crossing_of(first, second) == Crossing::disjoint;
@@ -70,7 +70,7 @@ int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
     return count;
 }
 
-/// True if removed and new lines are parallel to the axes.
+/// True if all removed and new lines lie on axis-parallel lines through `place`.
 template <int D>
 bool preserves_axes(const DynamicMesh<D>& mesh, const Patch<D>& patch, const Vec<D>& place) {
     const auto lies_on_axis = [&](std::span<const Vec<D>> points) {
@@ -106,7 +106,6 @@ bool preserves_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::sp
 
 namespace {
 
-/// Facets near these boxes that the patch does not remove.
 template <int D>
 std::vector<FacetId> facets_beside(const FacetGrid<D>& walls, const Patch<D>& patch, std::span<const Box<D>> boxes) {
     Box<D> all = boxes.front();
@@ -156,7 +155,7 @@ bool NewFacets<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     if (patch.star.facets.empty()) return true;
     const auto added_facets = new_facets(mesh, patch);
     if (added_facets.empty() || preserves_planes<D>(mesh, patch, added_facets))
-        return true;  // removed facets cover the same area, and other patches do not cross them
+        return true;  // new facets cover the area of the removed ones, which other patches do not cross
     for (const NodalFacet<D>& facet : added_facets) {
         grid_.meeting(box_of_wall(mesh, facet), near_);
         for (const FacetId f : near_)
@@ -171,7 +170,6 @@ bool NewFacets<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
 
 namespace {
 
-/// True if the surface breaks between the facets opposite local vertices `i` and `j`.
 template <int D>
 bool breaks_between(const DynamicMesh<D>& mesh, ElementId e, int i, int j) {
     if constexpr (D == 2) {
@@ -186,7 +184,8 @@ bool breaks_between(const DynamicMesh<D>& mesh, ElementId e, int i, int j) {
     }
 }
 
-/// A facet at the point after the operation: its reference, and its vertices except the point.
+/// A facet at the point after the operation. `like`: existing facet of the same surface; `others`: the vertices except
+/// the point.
 template <int D>
 struct FacetAtPoint {
     FacetId like;
@@ -194,7 +193,6 @@ struct FacetAtPoint {
     std::array<VertexId, D - 1> others{};
 };
 
-/// The patch's new facets, and facets at the point on faces that the patch preserves.
 template <int D>
 std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     std::vector<FacetAtPoint<D>> found;
@@ -213,7 +211,6 @@ std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const P
     return found;
 }
 
-/// True if the surface breaks at the edge from the point to `v`; in 2D, at the point.
 template <int D>
 bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
     if constexpr (D == 2)
@@ -229,13 +226,12 @@ bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
     return false;
 }
 
-/// True if the new element has two facets on one smooth surface.
 template <int D>
 bool becomes_two_facet_element(const DynamicMesh<D>& mesh, const Patch<D>& patch, const ElementFace& open,
                                std::span<const FacetAtPoint<D>> at_point) {
     const auto& vertices = mesh.elements.vertices[open.element];
     const int point = static_cast<int>(open.opposite);
-    std::array<const FacetAtPoint<D>*, D + 1> found{};  // index: local vertex opposite the facet
+    std::array<const FacetAtPoint<D>*, D + 1> found{};  // facet opposite each local vertex
     for (const FacetAtPoint<D>& facet : at_point) {
         std::array<bool, D + 1> has{};
         has[point] = true;
@@ -255,7 +251,7 @@ bool becomes_two_facet_element(const DynamicMesh<D>& mesh, const Patch<D>& patch
             return true;
         for (int j = 0; j < i; ++j) {
             if (!found[j] || found[i]->reference != found[j]->reference) continue;
-            int rest = 0;  // 3D: the vertex besides the point that both facets share
+            int rest = 0;  // 3D: local index of the second vertex that both facets share, besides the point
             while (rest == i || rest == j || rest == point) ++rest;
             if (!breaks_at(mesh, patch, rest <= D ? vertices[rest] : VertexId{})) return true;
         }

@@ -36,7 +36,7 @@ template <int D>
 }
 [[nodiscard]] inline Vec<3> facet_normal(const std::array<Vec<3>, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
 
-/// Closest point of the curve, projected to the surface of the edge's facets, if it has any.
+/// Projects `p` to the curve of an embedded line and then, if the edge has facets, to their surface.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_embedded_curve(const AdaptationGoal<D>& goal, EdgeSite<D> site, Reference reference,
                                                 const Vec<D>& p) {
@@ -46,8 +46,8 @@ template <int D>
     return (*goal.geometry)->on_edge(site, near);
 }
 
-/// Projects `p` near an edge to the geometry, or to the curve of an embedded line. Returns `p` for inner edges and
-/// without a geometry.
+/// Projects `p`, a point near the edge, to the geometry or, for an embedded line, to its curve. Returns `p` for inner
+/// edges and without a geometry.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_edge(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                   EdgeId edge, const std::vector<FacetId>& facets, const Vec<D>& p) {
@@ -63,7 +63,8 @@ template <int D>
     return (*goal.geometry)->on_edge(site, p);
 }
 
-/// Projects `p` near a facet. `known`: the geometric entity of a vertex of the facet, if known.
+/// Projects `p`, a point near the facet, to the geometry. `known`: the geometric entity of a vertex of the facet, if
+/// known.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_facet(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, FacetId f,
                                                    const GeometryEntity& known, const Vec<D>& p) {
@@ -74,8 +75,8 @@ template <int D>
     return (*goal.geometry)->project(hint, p);
 }
 
-/// Projects a boundary vertex to the geometry. `around`: its whole ball. `known`: its geometric entity, if known. Empty
-/// if the geometry has nothing there.
+/// Projects a boundary vertex to the geometry. `around`: all elements at the vertex. `known`: its geometric entity, if
+/// known. Empty if the geometry has no entity there.
 template <int D>
 [[nodiscard]] std::optional<SurfacePoint<D>> foot_of(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                      const Cavity<D>& around, VertexId v, const GeometryEntity& known) {
@@ -96,18 +97,18 @@ template <int D>
     return on_geometry_at_facet(goal, mesh, f, known, here);
 }
 
-/// Geometric entity after `share` of the way to the projection `foot`; with parameters only if `share` is 1.
+/// Geometric entity of a vertex after `share` of its way to the projection `foot`. Includes parameters only if `share`
+/// is 1.
 template <int D>
 [[nodiscard]] GeometryPosition place_after(double share, const SurfacePoint<D>& foot) {
     return share == 1 ? place_of(foot) : GeometryPosition{foot.entity};
 }
 
-/// True if `here` equals `foot` up to rounding and the accuracy of projections.
 template <int D>
 [[nodiscard]] bool is_at_foot(const DynamicMesh<D>& mesh, const Cavity<D>& around, const Vec<D>& here,
                               const Vec<D>& foot) {
     constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
-    constexpr double tolerance = 1e-9;  // relative to a facet edge: the accuracy of projections
+    constexpr double tolerance = 1e-9;  // accuracy of projections, relative to a facet edge
     const auto& [a, b] = around.facets.empty() ? mesh.edges[mesh.lines[around.lines.front()]]
                                                : std::array{mesh.facets.vertices[around.facets.front()][0],
                                                             mesh.facets.vertices[around.facets.front()][1]};
@@ -116,21 +117,21 @@ template <int D>
     return norm(foot - here) <= tolerance * norm(mesh.points[b] - mesh.points[a]) + rounding * largest;
 }
 
-/// Largest distance of facets from the geometry relative to their longest edges, sampled at the middles of facet and
-/// edges. `is_near`: within the limit.
+/// Largest distance of facets from the geometry, sampled at the middles of facets and edges, relative to each facet's
+/// longest edge. `is_near`: within the limit.
 struct FacetDistance {
     double largest = 0;
     bool is_near = true;
 };
 
-/// Distance of the patch's new facets. They are near if it is at most `share` or that of the farthest removed facet,
-/// likewise for edges on embedded lines. 0 without a geometry.
+/// Distance of the patch's new facets from the geometry; 0 without a geometry. The limit is `share`, or the distance of
+/// the farthest removed facet if that is larger. Edges on embedded lines are limited alike.
 template <int D>
 [[nodiscard]] FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                    const Patch<D>& patch, double share);
 
-/// Distances of a facet from its surface, divided by their bound (`distance_bounds`). Curved edges have two samples,
-/// where a parabola's error is largest. 0 without a surface or bound.
+/// Distances of a facet from its surface, divided by their bounds (`distance_bounds`). Curved edges have two samples
+/// each, where the error of a parabola is largest. 0 without a surface or bound.
 template <int D>
 struct BoundShares {
     std::array<double, edges_per_simplex<D - 1>> edges{};
@@ -141,11 +142,11 @@ struct BoundShares {
 template <int D>
 [[nodiscard]] BoundShares<D> bound_shares(const Adaptation<D>& r, const AdaptationGoal<D>& goal, FacetId f);
 
-/// The mesh's edge for index `e` in `BoundShares::edges`. Precondition: the facet has an element.
+/// The edge of the mesh that has index `e` in `BoundShares::edges`. Precondition: the facet has an element.
 template <int D>
 [[nodiscard]] EdgeId local_facet_edge(const DynamicMesh<D>& mesh, FacetId f, int e);
 
-/// True if the patch's new facets meet the distance bounds, or exceed them no more than removed facets do.
+/// True if the patch's new facets meet the distance bounds, or exceed them by no more than the removed facets do.
 template <int D>
 [[nodiscard]] bool meets_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
 
@@ -155,7 +156,6 @@ namespace camber {
 
 // Minimum heights of elements.
 
-/// Returns twice the largest face area (2D: the longest side).
 template <int D>
 [[nodiscard]] double largest_face(const std::array<Vec<D>, D + 1>& corners) {
     double largest = 0;
@@ -168,7 +168,6 @@ template <int D>
     return std::sqrt(largest);
 }
 
-/// Returns 32 ε times the largest absolute coordinate.
 template <int D, std::size_t N>
 [[nodiscard]] double rounding_of(const std::array<Vec<D>, N>& corners) {
     constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
@@ -178,15 +177,15 @@ template <int D, std::size_t N>
     return rounding * largest;
 }
 
-/// Rounding bound of a determinant: at or below it, rounded coordinates do not determine on which side of a face a
-/// vertex lies.
+/// Rounding bound of an element's determinant. At or below the bound, rounded coordinates do not determine on which
+/// side of a face the opposite vertex lies.
 template <int D>
 [[nodiscard]] double rounding_floor(const std::array<Vec<D>, D + 1>& corners) {
     return rounding_of(corners) * largest_face<D>(corners);
 }
 
-/// True if the determinant exceeds `rounding_floor`. Compares a cheaper upper bound first, with the squared diagonal of
-/// the box (2D: the diagonal) as the largest face.
+/// True if the determinant exceeds `rounding_floor`. First tries a bound that is larger but cheaper, computed from the
+/// diagonal of the bounding box (3D: its square) instead of the largest face.
 template <int D>
 [[nodiscard]] bool is_above_rounding(double determinant, const std::array<Vec<D>, D + 1>& corners) {
     Vec<D> low = corners[0], high = corners[0];
@@ -227,7 +226,7 @@ template <int D>
     return facet;
 }
 
-/// The new facet that replaces vertex `joined.opposite` of a removed facet by the patch's point at `place`.
+/// The new facet: a removed facet with the patch's point at `place` instead of vertex `joined.opposite`.
 template <int D>
 [[nodiscard]] NodalFacet<D> nodal_facet(const DynamicMesh<D>& mesh, const Patch<D>& patch, const JoinedFacet& joined,
                                         const Vec<D>& place) {
@@ -268,27 +267,27 @@ void update_facet_grid(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const Id
 template <int D>
 [[nodiscard]] std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
-/// True if removed and new facets lie in axis-aligned planes through the patch's point, and removed and new lines on
-/// axes through it. Facets of valid elements then do not cross: they have positive area in the plane, so they cover
-/// each point as often as their border winds around it. The border does not change, so no facet covers a new area or
-/// another facet.
+/// True if removed and new facets lie in axis-parallel planes through the patch's point, and removed and new lines on
+/// axis-parallel lines through it. If the elements are valid, the new facets then cross no facet:
+/// - In its plane, each facet has positive area. So the facets cover a point as often as their border winds around it.
+/// - The border does not change. So the new facets cover the same points as the removed facets, without overlap.
 template <int D>
 [[nodiscard]] bool preserves_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch,
                                     std::span<const NodalFacet<D>> added_facets);
 
-/// True if the new facets cross neither each other nor the mesh. Curved facets must be proved disjoint and free of
-/// self-crossings; straight ones may touch.
+/// True if the new facets cross neither each other nor other facets. Curved facets must be proved disjoint and free of
+/// self-crossings. Straight facets may touch.
 template <int D>
 [[nodiscard]] bool are_facets_clear(const Adaptation<D>& r, const Patch<D>& patch,
                                     std::span<const NodalFacet<D>> added_facets);
 
-/// New facets of patches that were planned independently, to find crossings between the patches.
+/// Collects new facets of patches that were planned independently, to find crossings between the patches.
 template <int D>
 class NewFacets {
   public:
     void clear();
     /// Adds a patch's facets, which passed `are_facets_clear` or `preserves_planes`. Returns false if they cross facets
-    /// added before.
+    /// of a patch added before.
     [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
   private:
@@ -301,14 +300,14 @@ class NewFacets {
 
 export namespace camber {
 
-// Two-facet elements have two facets on one smooth surface. If the facets are small, the element is almost flat, and
-// curving folds it for all positions of the edge nodes.
+// A two-facet element has two facets on one smooth surface. If these facets are small, the element is almost flat. If
+// the surface is curved, the element then folds for all positions of its edge nodes.
 
-/// True if two facets of the element have one reference and the surface is smooth between them.
 template <int D>
 [[nodiscard]] bool is_two_facet_element(const DynamicMesh<D>& mesh, ElementId e);
 
-/// True if a patch increases the number of two-facet elements. Always false without a geometry and on planes.
+/// True if a patch increases the number of two-facet elements. False without a geometry, and if all facets at the point
+/// lie in planes.
 template <int D>
 [[nodiscard]] bool adds_two_facet_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                            const Patch<D>& patch);

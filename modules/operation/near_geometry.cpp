@@ -50,7 +50,7 @@ double distance_share(const Geometry<D>& geometry, Reference reference, const No
     return std::ranges::max(distances) / longest;
 }
 
-/// Largest distance of an edge from the curve at its quarter points, relative to the chord.
+/// Largest distance of an edge from its embedded curve, sampled at the quarter points, relative to the chord.
 double distance_share(const EmbeddedCurves<3>& curves, Reference reference, const QuadraticEdge<3>& edge) {
     double largest = 0;
     for (const double t : {0.25, 0.5, 0.75}) {
@@ -60,7 +60,6 @@ double distance_share(const EmbeddedCurves<3>& curves, Reference reference, cons
     return largest / distance(edge.p20, edge.p02);
 }
 
-/// True if the new edges on embedded lines are no farther from the curves than `share` or than removed edges.
 bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const Patch<3>& patch, const Vec<3>& place,
                     double share) {
     if (goal.curves.pieces.empty() || patch.star.lines.empty()) return true;
@@ -87,7 +86,7 @@ bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const
     return !(after > before);
 }
 
-/// Sample positions on a facet: `PerEdge` for each edge, then the middle.
+/// Sample positions on a facet: `PerEdge` on each edge, then the facet's middle.
 template <int D, int PerEdge>
 constexpr auto bounded_places = [] {
     constexpr int edges = edges_per_simplex<D - 1>;
@@ -145,7 +144,6 @@ class BoundedPoints {
   public:
     explicit BoundedPoints(const AdaptationGoal<D>& goal) : goal_(goal) {}
 
-    /// Adds the samples of a facet, except on the edge opposite `corner`.
     void add(Reference reference, bool is_curved, const NodalFacet<D>& facet,
              std::optional<std::uint32_t> corner = {}) {
         const DistanceLimit& limit = goal_.distance_bounds.of(reference);
@@ -215,7 +213,7 @@ bool meets_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal
     if (!goal.geometry) return true;
     const auto& references = r.mesh.facets.references;
     const Vec<D> place = place_of_point(r.mesh, patch);
-    // A new facet shares the edge opposite the point with a removed facet, so that edge needs no check.
+    // The edge of a new facet opposite the point also belongs to a removed facet, so it needs no check.
     BoundedPoints<D> all_new(goal), removed(goal);
     for (const JoinedFacet& joined : patch.star.facets)
         if (!r.mesh.is_at_infinity(joined.facet))

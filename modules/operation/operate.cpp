@@ -34,7 +34,8 @@ RejectionReason reason_of(StarFailure failure) {
     return RejectionReason::empty;
 }
 
-/// True if the node's move exceeds 0.001 and 5 % of its distance from the target, in the metric of an end.
+/// True if the node moves by more than 0.001, and by more than 5 % of its distance from the target, in the metric of
+/// either end of the edge.
 template <int D>
 bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId edge, const Vec<D>& to) {
     constexpr double length = 1e-3, share = 0.05;
@@ -47,7 +48,7 @@ bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId
     });
 }
 
-/// True if a node moves noticeably or reaches its target. Precondition: the patch preserves the edges.
+/// Precondition: the patch does not change the edges.
 template <int D>
 bool moves_noticeably(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
     for (const ElementId e : patch.removed.elements) {
@@ -65,7 +66,7 @@ bool moves_noticeably(const Adaptation<D>& r, const AdaptationGoal<D>& goal, con
     return false;
 }
 
-// Linear star (paper §1.3): edges have no nodes, so no nodes can be corrected.
+// Linear star (paper §1.3). Its edges have no nodes, so no nodes can be corrected.
 
 template <int D>
 std::array<Vec<D>, D + 1> corners_of(const Adaptation<D>& r, const ElementFace& open, const Vec<D>& place) {
@@ -82,7 +83,8 @@ class StraightNodes {
         : r_(judged.mesh), request_(judged.request), star_(patch.star) {}
 
     static constexpr int degree = 1;
-    static constexpr bool is_judged_by_element = true;  ///< qualities cost more than signs of volumes
+    static constexpr bool is_judged_by_element = true;  ///< the check ends at the first fault, because qualities cost
+                                                        ///< more than signs of volumes
 
     void place_inner() {}
     [[nodiscard]] bool place_others() { return false; }
@@ -94,8 +96,8 @@ class StraightNodes {
     }
     void begin_elements() {}
     void judge_elements() {}
-    /// The sign of the volume is exact. In standalone surface meshes, `OperationRunner::judge_facets` checks the
-    /// orientation.
+    /// The sign of the element's volume is exact. In standalone surface meshes, `OperationRunner::judge_facets` checks
+    /// the orientation instead.
     [[nodiscard]] ElementState element(std::size_t joined) const {
         const ElementFace& open = star_.joined[joined];
         if constexpr (D == 3)
@@ -133,7 +135,6 @@ class StraightNodes {
 
 }  // namespace
 
-/// Execution of one request. `Nodes`: `StraightNodes` or `CurvedNodes`.
 template <int D, class Nodes>
 class OperationRunner {
   public:
@@ -159,7 +160,6 @@ class OperationRunner {
     }
 
   private:
-    /// Changes the cavity until its star has no fault. Returns false if that fails.
     [[nodiscard]] bool find_star() {
         for (;; ++result_.corrections) {
             const StarFailure failure = star(r_.mesh, out_.removed, request_.point, w_.star, out_.star);
@@ -172,7 +172,7 @@ class OperationRunner {
             const StarDefect defect = judge_star();
             result_.rejected = defect.reason;
             if (defect.reason == RejectionReason::none) return true;
-            // These faults may be due to elements that do not contain the point.
+            // Elements that do not contain the point may cause these faults.
             const bool is_too_large = defect.reason == RejectionReason::length ||
                                       (defect.reason == RejectionReason::geometry && r_.mesh.is_surface());
             if (is_too_large && may_continue && shrink()) continue;
@@ -188,8 +188,8 @@ class OperationRunner {
         if (!may_move()) return {RejectionReason::required, no_face};
         QualityCriterion<D> bar(r_, limits_, out_.removed.elements);
         Nodes nodes({r_, goal_, request_, limits_}, w_, out_, bar);
-        // Lengths are checked first: most rejections are due to them, they are cheap, and corrections change them
-        // little.
+        // Lengths are checked first: they cause most rejections, are cheap to compute, and change little in
+        // corrections.
         nodes.place_inner();
         if (!has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
         if (nodes.place_others() && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
@@ -204,7 +204,7 @@ class OperationRunner {
         if (defect.reason == RejectionReason::none) nodes.approach();
         result_.optimisation_problems += nodes.optimisation_problems();
         if (defect.reason != RejectionReason::none) {
-            // Excludes elements that became faulty because others were corrected.
+            // Excludes elements that became faulty only by the correction of others.
             if (is_corrected) std::erase_if(w_.defective, [&](std::size_t j) { return !was_defective(j); });
             if (w_.defective.empty()) w_.defective.push_back(defect.joined);
             return defect;
@@ -254,8 +254,8 @@ class OperationRunner {
             return RejectionReason::gain;
         return is_free_of_crossings() ? RejectionReason::none : RejectionReason::crossing;
     }
-    /// True if the new facets cross no facet. Elements that may stay invalid can have folded facets; then
-    /// `preserves_planes` proves nothing.
+    /// True if the new facets cross no facet. If elements may stay invalid, `preserves_planes` proves nothing, because
+    /// their facets can be folded.
     [[nodiscard]] bool is_free_of_crossings() const {
         if (out_.star.facets.empty()) return true;
         const auto added_facets = new_facets(r_.mesh, out_);
@@ -268,13 +268,12 @@ class OperationRunner {
     [[nodiscard]] bool moves() const {
         return request_.point.valid() && request_.place != r_.mesh.points[request_.point];
     }
-    /// True unless the point moves without all of its elements, or is required or a corner.
     [[nodiscard]] bool may_move() const {
         if (!moves()) return true;
         const VertexState& state = r_.mesh.states[request_.point];
         return out_.star.preserved.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
     }
-    /// Precondition in degree 2: the elements were checked before.
+    /// Precondition in degree 2: the curved elements were checked before.
     [[nodiscard]] bool is_straight_positive() const {
         for (std::size_t j = 0; j < out_.star.joined.size(); ++j)
             if (!w_.curved.cones[j].is_surely_straight_positive &&
@@ -297,7 +296,7 @@ class OperationRunner {
         const int k = edge_between<D>[local_vertex(vertices, shared[0])][local_vertex(vertices, shared[D - 2])];
         return !r_.mesh.breaks_at(r_.mesh.edges_of[e][k]);
     }
-    /// Divides the removed facets into smooth pieces. A piece has the index of its first facet.
+    /// Divides the removed facets into smooth pieces. The index of a piece is the index of its first facet.
     void find_pieces() const {
         const auto& facets = out_.removed.facets;
         w_.pieces.resize(facets.size());
@@ -313,7 +312,7 @@ class OperationRunner {
         }
     }
 
-    /// Rejects facets that turn too far from removed facets of the same smooth piece.
+    /// Rejects new facets whose normals turn too far from those of removed facets of the same smooth piece.
     [[nodiscard]] RejectionReason judge_facets() const {
         if (!out_.star.facets.empty()) find_pieces();
         const auto& removed = out_.removed.facets;
@@ -335,7 +334,7 @@ class OperationRunner {
         }
         return RejectionReason::none;
     }
-    /// Removes the farther half of the elements that may leave the cavity; false if none may.
+    /// Removes half of the elements that may leave the cavity: those added last. Returns false if none may leave.
     [[nodiscard]] bool shrink() {
         auto& elements = out_.removed.elements;
         if (request_.fixed_element_count == 0 || elements.size() <= request_.fixed_element_count) return false;
@@ -344,7 +343,6 @@ class OperationRunner {
         while (elements.size() > preserved) leave(elements.size() - 1);
         return true;
     }
-    /// Changes the cavity to correct the defect; false if that is impossible.
     [[nodiscard]] bool correct(const StarDefect& defect) {
         if (defect.joined == no_face) return false;
         if (remove_defective()) return true;
@@ -354,7 +352,6 @@ class OperationRunner {
         join(r_.mesh, out_.removed, across.element());
         return true;
     }
-    /// Removes defective elements from the cavity; false if none may leave.
     [[nodiscard]] bool remove_defective() {
         auto& elements = out_.removed.elements;
         if (request_.fixed_element_count == 0) return false;
@@ -379,7 +376,7 @@ class OperationRunner {
     const PatchLimits& limits_;
     OperationWorkspace<D>& w_;
     JudgedPatch<D>& judged_;
-    Patch<D>& out_;  ///< the patch in `judged_`
+    Patch<D>& out_;
     OperationResult result_;
 };
 
@@ -392,11 +389,10 @@ OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, c
 
 namespace {
 
-/// Values of all patches, in the order of the patches.
 struct Known {
-    std::vector<double> shapes;   ///< qualities of created elements
+    std::vector<double> shapes;
     std::vector<double> lengths;
-    std::vector<EdgeId> bent;     ///< other edges whose nodes changed
+    std::vector<EdgeId> bent;  ///< existing edges whose nodes changed
 };
 
 template <int D>

@@ -22,8 +22,7 @@ import :state;
 
 export namespace camber {
 
-/// An accepted patch. Only `operate` creates patches. Only `commit` applies them, to the state for which they were
-/// planned.
+/// An accepted patch. Only `operate` creates it. Only `commit` applies it, to the state for which it was planned.
 template <int D>
 class JudgedPatch {
   public:
@@ -31,9 +30,10 @@ class JudgedPatch {
     [[nodiscard]] const VertexRow<D>& vertex() const { return vertex_; }
     /// True if the point moved only a part of the way to the geometry.
     [[nodiscard]] bool is_short_of_geometry() const { return is_short_; }
-    /// `shape_of` reshaped elements, then of new ones in the order of `Star::joined`; negative if unknown.
+    /// Qualities (`shape_of`) of reshaped elements, then of new elements in the order of `Star::joined`. Negative:
+    /// unknown.
     [[nodiscard]] std::span<const double> shapes() const { return shapes_; }
-    /// Degree 2: `length_of` the edges from the point to the vertices of `Star::boundary`.
+    /// Degree 2: lengths (`length_of`) of the edges from the point to the vertices of `Star::boundary`.
     [[nodiscard]] std::span<const double> lengths() const { return lengths_; }
     [[nodiscard]] Patch<D> take_patch() && { return std::move(patch_); }
 
@@ -47,7 +47,6 @@ class JudgedPatch {
     bool is_short_ = false;
 };
 
-/// An accepted node of an inner edge, created only by `NodeShell`.
 template <int D>
 class JudgedNode {
   public:
@@ -64,30 +63,30 @@ class JudgedNode {
 
 // Workspace for quadratic stars, reused from star to star.
 
-/// An edge from the point to a boundary vertex.
+/// An edge from the star's point to a boundary vertex.
 template <int D>
 struct Spoke {
-    EdgeKind kind = EdgeKind::volume;  ///< `fixed`: elements or facets outside also have the edge
-    /// `target`: node required by metric or geometry. `extended`: node on the old curves.
+    EdgeKind kind = EdgeKind::volume;  ///< `fixed`: the edge also belongs to elements or facets outside
+    /// `target`: node position required by metric or geometry. `extended`: node position on the old curves.
     Vec<D> target, extended;
     Vec<D> node;
     bool is_extended = false;
-    double share = 1;  ///< position from `extended` (0) to `target` (1)
-    LineId line;       ///< for a ridge: the removed line that the edge continues
-    /// Last computed length, and the node for which it was computed.
+    double share = 1;  ///< position of `node` between `extended` (0) and `target` (1)
+    LineId line;       ///< for a ridge: the removed line that this edge continues
+    /// `length`: last computed length; negative: none. `measured`: the node for which it was computed.
     double length = -1;
     Vec<D> measured;
 };
 
-/// A new element, which joins an outer face to the point by spokes.
+/// A new element: an outer face joined to the star's point by spokes.
 template <int D>
 struct Cone {
     QuadraticNodes<D> nodes{};
-    std::array<const LogMetric<D>*, D + 1> metrics{};  ///< at each local vertex
-    std::array<std::uint32_t, D + 1> spokes{};         ///< index of the edge from each vertex to `point`
-    int point = 0;                                     ///< local index of the star's point
+    std::array<const LogMetric<D>*, D + 1> metrics{};
+    std::array<std::uint32_t, D + 1> spokes{};  ///< index of the spoke at each local vertex except `point`
+    int point = 0;                              ///< local index of the star's point
     bool is_stale = true, is_flat = false;
-    bool is_surely_straight_positive = false;  ///< the straight element is positive beyond rounding
+    bool is_surely_straight_positive = false;  ///< the straight volume is positive and exceeds its rounding error
     Verdict verdict = Verdict::undecided;
     double shape = -1;  ///< quality of a valid element; negative: unknown
 };
@@ -113,35 +112,36 @@ struct OldElement {
     ElementId element;
     double size = 0;  ///< absolute determinant of the straight element
     Vec<D> origin;
-    std::array<Vec<D>, D> gradients{};                 ///< of barycentric coordinates 1 … D
-    std::array<Vec<D>, edges_per_simplex<D>> offsets;  ///< of nodes from chord middles
+    std::array<Vec<D>, D> gradients{};                 ///< gradients of barycentric coordinates 1 … D
+    std::array<Vec<D>, edges_per_simplex<D>> offsets;  ///< offsets of edge nodes from chord middles
 };
 
 template <int D>
 struct CurvedWorkspace {
     std::vector<Spoke<D>> spokes;
     std::vector<Cone<D>> cones;
-    std::vector<std::size_t> stale;  ///< indices of cones to be recomputed
+    std::vector<std::size_t> stale;
     std::vector<RimEdge<D>> rim;
     std::vector<OutsideElement<D>> outside;
     std::vector<ElementId> around;
     std::vector<OldElement<D>> old_elements;
-    std::vector<FacetSite<D>> facets;                     ///< new facets
-    std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< index of a spoke, index of a new facet at it
+    std::vector<FacetSite<D>> facets;
+    std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< pairs: index of a spoke, index of a new facet that
+                                                          ///< contains it
     std::vector<Vec<D>> chords, offsets;
     std::vector<EndSamples<D>> ends;
     std::vector<double> lengths;
-    std::vector<BentSpoke<D>> bent;  ///< computed by this operation, not given by the request
+    std::vector<BentSpoke<D>> bent;
     std::vector<FreeEdge<D>> searched;
     std::vector<EdgeMinimum<D>> found;
     std::vector<std::uint32_t> free;
     std::vector<std::uint32_t> short_of_place;
-    int optimisation_problems = 0;  ///< number of problems solved
+    int optimisation_problems = 0;
 };
 
 // Smoothing of the node of one inner edge by the distortion of the elements around the edge.
 
-/// An element around the edge: the data that do not depend on the edge's node.
+/// An element around the edge: data that do not depend on the edge's node. `node`: local index of that node.
 template <int D>
 struct DistortedElement {
     QuadraticNodes<D> nodes{};
@@ -150,19 +150,20 @@ struct DistortedElement {
     double bound = 0;  ///< minimum scaled Jacobian
 };
 
-/// Objective at a position of the node (in the coordinates of `NodeShell`): the sum of η̄², where η̄ is an element's
-/// mean distortion. Squares emphasise the worst element; the gradient does not depend on the metric's scale.
+/// A position `y` of the node (in coordinates of `NodeShell`) and the objective there. `sum`: Σ η̄² over the elements
+/// around the edge, where η̄ is the mean distortion of an element. Squares emphasise the worst element, and the
+/// gradient does not depend on the metric's scale. `worst`: minimum quality.
 template <int D>
 struct NodePlace {
     Vec<D> y;
     Vec<D> point;
-    double sum = 0;  ///< infinite if an element folds
+    double sum = 0;
     double worst = 0;
     Vec<D> gradient;
 };
 
-/// Optimises a node by BFGS, in coordinates in which the metric at the edge's middle is the identity: elements have
-/// size about 1 for any anisotropy.
+/// Optimises a node by BFGS, in coordinates in which the metric at the edge's middle is the identity. In these
+/// coordinates, elements have size about 1 for any anisotropy.
 template <int D>
 class NodeShell {
   public:
@@ -190,12 +191,12 @@ class NodeShell {
         for (int k = 0; k < D; ++k) place.gradient[k] = dot(axes_[k], gradient);
         return place;
     }
-    /// Returns a position with a lower sum and no lower minimum quality, or `here` if none is found.
+    /// Returns a position with a lower `sum` and no lower `worst`, or `here` if none is found.
     [[nodiscard]] NodePlace<D> better(const NodePlace<D>& here) const {
         constexpr int max_steps = 12;
-        constexpr double worthwhile = 1e-4;  // a step must promise this relative decrease of the sum
+        constexpr double worthwhile = 1e-4;  // relative decrease of the sum that a step must promise
         NodePlace<D> now = here;
-        // Approximates the inverse Hessian for regular elements.
+        // First estimate of the inverse Hessian, for regular elements.
         Sym<D> inverse_hessian = (0.05 / static_cast<double>(elements.size())) * Sym<D>::identity();
         for (int step = 0; step < max_steps; ++step) {
             Vec<D> way = -1.0 * (inverse_hessian * now.gradient);
@@ -208,8 +209,8 @@ class NodeShell {
         }
         return now;
     }
-    /// Accepts `node` if certificates prove all bounds there. They hold at both ends of the move and det J is affine in
-    /// the node, so they hold on the whole way.
+    /// Accepts `node` if certificates prove all bounds there. The bounds then hold on the whole way to `node`, because
+    /// they hold at both ends and det J is affine in the node.
     [[nodiscard]] std::optional<JudgedNode<D>> judged(EdgeId edge, const Vec<D>& node) const {
         const bool is_valid = std::ranges::all_of(elements, [&](const DistortedElement<D>& e) {
             return decide(NodalSimplex<D>{with_node(e, node)}, e.bound) == Verdict::valid;
@@ -222,14 +223,14 @@ class NodeShell {
     }
 
   private:
-    static constexpr double longest_way = 0.25;  ///< maximum step, in unit edges
+    static constexpr double longest_way = 0.25;  ///< maximum length of a step in the metric
 
     [[nodiscard]] static QuadraticNodes<D> with_node(const DistortedElement<D>& e, const Vec<D>& node) {
         QuadraticNodes<D> nodes = e.nodes;
         nodes[e.node] = node;
         return nodes;
     }
-    /// Line search by the Armijo rule, with quality at least `worst`. Returns `from` if it fails.
+    /// Armijo line search in the direction `way`. Requires at least quality `worst`. Returns `from` if it fails.
     [[nodiscard]] NodePlace<D> along(const NodePlace<D>& from, const Vec<D>& way, double worst) const {
         const double slope = dot(from.gradient, way);
         for (double share = 1; share > 0.01; share /= 2) {
@@ -238,7 +239,6 @@ class NodeShell {
         }
         return from;
     }
-    /// BFGS update; skipped if the curvature is not positive.
     static void update(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
         const double sd = dot(s, d);
         if (!(sd > 1e-10 * norm(s) * norm(d))) return;
@@ -260,9 +260,10 @@ struct OperationWorkspace {
     StarWorkspace<D> star;
     Cavity<D> cavity;
     std::vector<std::size_t> pieces;  ///< smooth piece of each removed facet
-    std::vector<double> shapes;       ///< qualities of the star's checked elements
+    std::vector<double> shapes;
     std::vector<std::size_t> defective,
-        defective_before;  ///< elements with the last fault; the same before corrections
+        defective_before;  ///< elements with the last fault (`defective`), and with a fault before nodes moved
+                           ///< (`defective_before`)
     CurvedWorkspace<D> curved;
 };
 
@@ -271,19 +272,19 @@ struct OperationResult {
     bool is_planned = true;  ///< false: rejected before planning
     double worst_shape = 0;  ///< lowest quality of new elements, if accepted
     int corrections = 0;
-    /// For degree 2, see `PassStatistics`.
-    int optimisation_problems = 0;  ///< number of problems solved
+    int optimisation_problems = 0;  ///< number of problems solved, see `PassStatistics`
     double farthest_facet = 0;
     bool straight_inverted = false, straight_positive = false, relaxed = false;
     bool bends_around = false;  ///< nodes on outer faces of the cavity move
 };
 
-/// Joins a cavity to its point, computes nodes, checks and corrects the new elements. `out` is valid only without a
-/// rejection. Volume signs are exact. In degree 2 straight elements may be inverted (see `CurvedNodes`).
+/// Joins a cavity to its point, computes the edge nodes, and checks and corrects the new elements. `out` is valid only
+/// if the request is not rejected. Signs of volumes are exact. In degree 2, straight elements may be inverted (see
+/// `CurvedNodes`).
 ///
-/// The cavity changes at most `corrections` times: the removed element at a faulty face leaves if it may (see
-/// `fixed_element_count`). In degree 2, which checks all elements, the other faulty elements leave too, since no other
-/// change corrects them. If none may leave, the element across the outer face joins the cavity.
+/// If new elements stay faulty, removed elements at their faces leave the cavity, if they may (see
+/// `fixed_element_count`). If none may leave, the element across the outer face of a faulty element joins the cavity.
+/// This is repeated at most `corrections` times.
 template <int D>
 [[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                       const CavityRequest<D>& request, const PatchLimits& limits,
@@ -295,12 +296,14 @@ struct CommittedState {
     TopologyChanges changes;
 };
 
-/// Applies patches (`replace_cavities`) and updates all other data. Only this function changes the topology. Pass the
-/// state by `std::move` to avoid a copy; an error then destroys it. Errors: those of `replace_cavities`.
+/// Applies patches (`replace_cavities`) and updates all other data of the state. Only this function changes the
+/// topology. Pass the state by `std::move` to avoid a copy; an error then destroys it. Errors: those of
+/// `replace_cavities`.
 template <int D>
 [[nodiscard]] Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D>> patches);
 
-/// Moves nodes only. Patches planned before become invalid. Precondition: no two edges share an element.
+/// Moves nodes without a change of topology. Patches planned before become invalid. Precondition: no two of the edges
+/// share an element.
 template <int D>
 [[nodiscard]] Adaptation<D> commit(Adaptation<D> state, std::span<const JudgedNode<D>> nodes);
 
@@ -311,26 +314,27 @@ struct FinishedMesh {
     Column<GeometryPosition> places;  ///< see `VertexData`
 };
 
-/// Returns the mesh without free slots. It lists all corners and, in 3D, all lines at which surfaces break, including
-/// implied lines, which angles between facets need not show. Errors: stopped, memory.
+/// Returns the mesh without free slots. It lists all corners and, in 3D, all lines at which surfaces break. These
+/// include implied lines, because the angles between facets need not show them. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<FinishedMesh<D>> finished(const Adaptation<D>& r, const Execution& execution);
 
 struct PassStatistics {
     std::size_t rounds = 0;     ///< number of commits
-    std::size_t proposals = 0;  ///< requests; a deferred request counts again
+    std::size_t proposals = 0;  ///< number of requests; a deferred request counts each time
     std::size_t planned = 0;    ///< requests not rejected before planning
     std::size_t accepted = 0;
     std::size_t corrections = 0;
-    std::size_t shortened = 0;    ///< accepted points that did not reach the geometry
-    /// For degree 2. `straight_inverted`: accepted with a straight element that is not positive. `straight_positive`:
-    /// rejected as `volume`, although all straight elements are positive. `relaxed`: accepted with relaxed nodes.
+    std::size_t shortened = 0;  ///< accepted points that did not reach the geometry
+    /// Counts for degree 2. `straight_inverted`: accepted although a straight element is not positive.
+    /// `straight_positive`: rejected as `volume` although all straight elements are positive. `relaxed`: accepted with
+    /// relaxed nodes.
     std::size_t straight_inverted = 0, straight_positive = 0, relaxed = 0;
     std::size_t bent_around = 0;            ///< accepted operations that moved nodes around the cavity
-    std::size_t optimisation_problems = 0;  ///< problems solved for accepted and rejected operations
-    /// Largest `FacetDistance` after swaps and collapses.
+    std::size_t optimisation_problems = 0;  ///< problems solved, also for rejected operations
+    /// Largest `FacetDistance::largest` of accepted swaps and collapses.
     double farthest_facet = 0;
-    std::size_t moved_nodes = 0;  ///< nodes smoothed by distortion; not in `proposals`
+    std::size_t moved_nodes = 0;  ///< nodes moved to reduce distortion
     std::array<std::size_t, rejection_reasons> rejected{};
 
     [[nodiscard]] std::size_t of(RejectionReason reason) const { return rejected[static_cast<std::size_t>(reason)]; }
@@ -354,11 +358,11 @@ struct PassStatistics {
     friend bool operator==(const PassStatistics&, const PassStatistics&) = default;
 };
 
-/// A task at a mesh entity; the smallest `order` is first. Entity numbers are reused, so `Pass::candidate` must check
-/// again whether the task is necessary.
+/// A task at the mesh entity with number `id`. Tasks with the smallest `order` come first. Numbers are reused, so
+/// `Pass::candidate` must check again whether the task is necessary.
 struct Task {
     double order = 0;
-    std::uint64_t rank = 0;  ///< decides between equal orders
+    std::uint64_t rank = 0;  ///< decides between tasks of equal order
     std::uint32_t id = 0;
     friend bool operator<(const Task& a, const Task& b) {
         return std::tie(a.order, a.rank, a.id) < std::tie(b.order, b.rank, b.id);
@@ -369,18 +373,19 @@ template <class Tag>
     return {order, spread_rank(id), id.value};
 }
 
-/// A remeshing pass: creates the requests of tasks, and new tasks after a commit.
+/// A remeshing pass. It creates a request for each task, and new tasks after each commit.
 template <int D>
 class Pass {
   public:
     virtual ~Pass() = default;
-    /// Returns the task's request; empty if the task is unnecessary. Called by several threads.
+    /// Returns the request of a task; empty if the task is unnecessary. Several threads call this at the same time.
     [[nodiscard]] virtual std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const = 0;
-    /// The same request for a point that moves this share of the way to the geometry; empty if the point cannot.
+    /// Returns the same request, but the point moves only by this share of its way to the geometry. Empty if there is
+    /// no such request.
     [[nodiscard]] virtual std::optional<Candidate<D>> shortened(const Adaptation<D>&, const Task&, double) const {
         return {};
     }
-    /// Receives tasks that were rejected or are unnecessary in the current mesh.
+    /// Called with the tasks of a round that were rejected or unnecessary.
     virtual void refused(Adaptation<D>&, std::span<const Task>) const {}
     virtual void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
 
@@ -392,9 +397,10 @@ class Pass {
     Pass& operator=(Pass&&) = default;
 };
 
-/// Executes tasks, and tasks that they create, in rounds. A round plans the first tasks against one mesh and commits
-/// their patches in order. Patches that conflict with earlier ones (common elements, same new edges, crossing facets)
-/// wait for the next round. The number of threads does not matter. Errors: those of `commit`; stopped, memory.
+/// Executes tasks, and the tasks that these create, in rounds. A round plans the first tasks against one mesh and
+/// commits their patches in order. A task waits for the next round if its patch conflicts with an earlier one: if both
+/// have a common element, create the same edge, or have crossing facets. The result does not depend on the number of
+/// threads. Errors: those of `commit`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<PassStatistics> run_pass(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass,
                                                std::vector<Task> tasks, const Execution& execution);

@@ -46,11 +46,10 @@ class TaskQueue {
     std::vector<Task> heap_;
 };
 
-/// Number of tasks planned against one mesh: small relative to the mesh, to avoid conflicts, and large enough for the
-/// threads.
+/// Number of tasks in a round: small relative to the mesh, to avoid conflicts, and large enough for the threads.
 std::size_t window_of(std::size_t elements) { return std::clamp<std::size_t>(elements / 256, 32, 8192); }
 
-/// Elements that a round's patches remove or reshape, and edges that they create.
+/// Elements that the patches of a round remove or reshape, and edges that the patches create.
 class Claims {
   public:
     void begin(std::size_t elements) {
@@ -145,7 +144,7 @@ class PassRunner {
             const Vec<D> before = candidate->request.place;
             candidate = pass_.shortened(r_, task, share);
             if (candidate && !candidate->request.point.valid() && candidate->request.place == before)
-                return;  // the geometry coincides with the chord
+                return;  // same position as before: the geometry coincides with the chord
         }
     }
     [[nodiscard]] static bool depends_on_position(RejectionReason reason) {
@@ -221,7 +220,7 @@ class PassRunner {
     Pass<D>& pass_;
     TaskQueue tasks_;
     std::vector<Task> front_, refused_;
-    std::vector<std::size_t> by_id_;  ///< indices of `front_`, sorted by entity for locality
+    std::vector<std::size_t> by_id_;  ///< indices of `front_`, sorted by entity number for locality
     const Execution& execution_;
     Claims claims_;
     NewFacets<D> new_facets_;

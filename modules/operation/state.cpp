@@ -67,7 +67,8 @@ Outcome<Done> sample_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal
     const std::size_t n = r.mesh.points.size();
     Buffer<VertexMetric<D>> metrics(n);
     Buffer<LogGradient<D>> gradients(r.mesh.is_curved() ? n : 0);
-    // If the field's mesh is this mesh, the search starts at the vertex; otherwise at the last result.
+    // If the field's mesh is this mesh, each search starts at an element of the vertex. Otherwise, it starts at the
+    // last element found.
     auto sampled = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
         ElementId hint;
         bool is_on_mesh = true;
@@ -87,7 +88,6 @@ Outcome<Done> sample_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal
     return sampled;
 }
 
-/// Creates the state. `make`: function that creates the mesh.
 template <int D, class Make>
 Outcome<Adaptation<D>> start_adaptation(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal,
                                         const Execution& execution, Make&& make) {

@@ -23,8 +23,8 @@ import camber.surface;
 
 export namespace camber {
 
-/// The metric at a vertex, as a logarithm and prepared for measuring, and the element of the back mesh that contains
-/// it.
+/// The metric at a vertex: its logarithm, and a form prepared for measuring lengths. `back`: element of the back mesh
+/// that contains the vertex.
 template <int D>
 struct VertexMetric {
     LogMetric<D> log_metric;
@@ -43,11 +43,11 @@ struct VertexRow {
     LogGradient<D> gradient{};
 };
 
-/// Data of all vertices. Commits update all columns, so new kinds of data belong here.
+/// Data of all vertices. New kinds of vertex data belong here, because commits update all columns of this class.
 template <int D>
 struct VertexData {
     Column<VertexMetric<D>> metrics;
-    /// Geometric entity of each vertex, with parameters if the vertex lies on it; none for inner vertices.
+    /// Geometric entity of each boundary vertex. Includes parameters if the vertex lies on the entity.
     Column<GeometryPosition> places = {};
     Column<LogGradient<D>> gradients = {};  ///< degree 2: recovered gradients of the field
 
@@ -75,15 +75,15 @@ struct VertexData {
 enum class CachedPass : std::uint8_t { collapse, swap, smooth, remove };
 inline constexpr std::size_t cached_passes = 4;
 
-/// Cache of rejected requests. A request depends only on the elements at the entity's vertices (except for crossings
-/// with other facets), so it stays rejected until one of them changes. Time is counted in commits.
+/// Cache of rejected requests at entities. Except for crossings with other facets, a request depends only on the
+/// elements at the vertices of its entity. So it stays rejected until one of these elements changes. Time is counted in
+/// commits.
 class RejectionCache {
   public:
     void begin(CachedPass pass, std::vector<double> limits) {
         OfPass& of = of_[static_cast<std::size_t>(pass)];
         if (of.limits != limits) of = {std::move(limits), {}};
     }
-    /// Precondition: the mesh has not changed since the requests were planned.
     template <class Tag>
     void refuse(CachedPass pass, std::span<const Id<Tag>> ids, std::size_t entities) {
         if (ids.empty()) return;
@@ -118,11 +118,11 @@ class RejectionCache {
     static constexpr std::uint32_t never = 0;
     struct OfPass {
         std::vector<double> limits;
-        Column<std::uint32_t> requested;  ///< per entity: number of commits at its last rejection, plus 1
+        Column<std::uint32_t> requested;  ///< per entity: 1 + number of commits before its last rejection
     };
     std::array<OfPass, cached_passes> of_;
-    Column<std::uint32_t> changed_;  ///< per vertex: last commit that created an element at it
-    std::uint32_t now_ = 0;          ///< number of commits
+    Column<std::uint32_t> changed_;  ///< per vertex: number of the last commit that created an element at it
+    std::uint32_t now_ = 0;
 };
 
 /// A mesh during adaptation, immutable between commits.
@@ -130,17 +130,17 @@ template <int D>
 struct Adaptation {
     DynamicMesh<D> mesh;
     VertexData<D> vertices;
-    FacetGrid<D> walls = {};  ///< boxes of all facets
-    /// Boundary vertices off the geometry, including new ones that moved only a part of the way. Ids may have been
-    /// reused.
+    FacetGrid<D> walls = {};  ///< bounding boxes of all facets
+    /// Boundary vertices off the geometry, including new vertices that moved only a part of the way. Some ids may have
+    /// been reused since.
     Column<VertexId> off_geometry = {};
     RejectionCache rejection_cache = {};
-    Column<double> shapes = {};  ///< `shape_of` each element; negative: unknown
-    /// `length_of` each edge; empty in degree 1, where computing a length costs no more than a look-up.
+    Column<double> shapes = {};  ///< quality (`shape_of`) of each element; negative: unknown
+    /// Length (`length_of`) of each edge. Empty in degree 1, where computing a length costs no more than a look-up.
     Column<double> lengths = {};
 };
 
-/// Parameters of the search for inner nodes by energy or length.
+/// Parameters of the search for inner node positions of minimum energy or length.
 struct NodeSearch {
     EdgeMinimiserOptions options;
     EdgeRules rules;
@@ -148,10 +148,10 @@ struct NodeSearch {
     explicit NodeSearch(const EdgeMinimiserOptions& input) : options(input), rules(edge_rules(input)) {}
 };
 
-/// Limit of a facet's distance from the geometry: the minimum of a length and a share of the edge length. The share
-/// limits the turning angle along the edge.
+/// Limit of a facet's distance from the geometry: min(`largest`, `share` times the edge length). `share` limits the
+/// angle by which the surface turns along the edge.
 struct DistanceLimit {
-    double largest = std::numeric_limits<double>::infinity();  ///< model units
+    double largest = std::numeric_limits<double>::infinity();  ///< in model units
     double share = std::numeric_limits<double>::infinity();
 
     [[nodiscard]] double at(double length) const { return std::min(largest, share * length); }
@@ -162,8 +162,8 @@ struct DistanceLimit {
     }
 };
 struct DistanceBound {
-    double largest = std::numeric_limits<double>::infinity();  ///< see `DistanceLimit`
-    std::vector<Reference> references = {};                    ///< empty: all facets
+    double largest = std::numeric_limits<double>::infinity();
+    std::vector<Reference> references = {};  ///< empty: all facets
     double share = std::numeric_limits<double>::infinity();
 };
 class DistanceBounds {
@@ -179,7 +179,6 @@ class DistanceBounds {
         }
         for (auto& [reference, limit] : by_reference_) limit.tighten(of_all_);
     }
-    /// The minimum of all bounds that apply to the reference.
     [[nodiscard]] const DistanceLimit& of(Reference reference) const {
         const auto at = by_reference_.find(reference);
         return at == by_reference_.end() ? of_all_ : at->second;
@@ -191,21 +190,24 @@ class DistanceBounds {
     std::unordered_map<Reference, DistanceLimit> by_reference_;
 };
 
-/// Goal of an adaptation: the field, sampled at new vertices, and the geometry of the boundary. Without a geometry,
-/// facets are the boundary.
+/// Goal of an adaptation: the metric field, sampled at new vertices, and the geometry of the boundary. Without a
+/// geometry, the facets define the boundary.
 template <int D>
 struct AdaptationGoal {
     BackMesh<D> field;
     std::optional<Geometry<D>> geometry;
-    // Degree 2: `search` determines the targets of inner nodes. Without it, a closed form for maximum accuracy does.
+    // Degree 2: `search` determines the targets of inner nodes. Without `search`, these are the closed-form positions
+    // of maximum accuracy.
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
-    /// Degree 2 with fixed topology: target of each edge's node, including the boundary. Replaces field and geometry.
+    /// Degree 2 with fixed topology: target of each edge's node, also on the boundary. If not empty, the targets
+    /// replace field and geometry.
     Column<LagrangeNode<D>> target_nodes = {};
-    /// Patches meet these bounds, or exceed them no more than removed facets do.
+    /// Bounds of the distances of facets from the geometry. New facets meet them, or exceed them by no more than
+    /// removed facets do.
     DistanceBounds distance_bounds = {};
-    EmbeddedCurves<D> curves = {};  ///< curves of embedded lines
-    /// More elements are an error (memory): a too fine field must not exhaust the machine.
+    EmbeddedCurves<D> curves = {};
+    /// Maximum number of elements; more are an error (memory). A too fine field must not exhaust the machine.
     std::size_t max_elements = max_entities;
 };
 
@@ -221,7 +223,6 @@ template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                                       const AdaptationGoal<D>& goal, const Execution& execution);
 
-/// Boxes of all facets; in a standalone surface mesh, of all triangles.
 template <int D>
 [[nodiscard]] FacetGrid<D> facet_grid_of(const DynamicMesh<D>& mesh);
 
@@ -229,7 +230,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> measure_lengths(Adaptation<D>& r, const Execution& execution);
 
-/// An edge bent by `bent_edges`: offset of the node from the chord middle, and length.
+/// An edge from a point to `vertex`, bent by `bent_edges`. `offset`: of its node from the chord middle.
 template <int D>
 struct BentSpoke {
     VertexId vertex;
@@ -240,21 +241,21 @@ struct BentSpoke {
 template <int D>
 struct CavityRequest {
     Cavity<D> cavity;
-    VertexId point;          ///< invalid for a new vertex
-    Vec<D> place;            ///< position of a new or moved point
-    VertexMetric<D> metric;  ///< at `place`
+    VertexId point;  ///< invalid for a new vertex
+    Vec<D> place;    ///< position of a new or moved point
+    VertexMetric<D> metric;
     /// The first `fixed_element_count` elements of the cavity contain the point; the others may leave the cavity.
     std::size_t fixed_element_count = 0;
     Reference reference = 0;
-    GeometryPosition geometry_position = {};  ///< geometric entity at `place`
+    GeometryPosition geometry_position = {};
 
     // For degree 2:
-    LogGradient<D> gradient{};            ///< of the field at `place`
-    std::optional<Vec<D>> origin = {};    ///< position in the straight cavity with the image `place`; empty: `place`
-                                          ///< itself
-    double share = 1;                     ///< share of the way to the geometry that boundary points move
-    std::array<VertexId, 2> halves = {};  ///< ends of a split edge, whose curve is preserved
-    std::vector<BentSpoke<D>> bent = {};  ///< inner edges whose nodes are known
+    LogGradient<D> gradient{};            ///< gradient of the field at `place`
+    std::optional<Vec<D>> origin = {};    ///< position in the straight cavity that the removed elements map to `place`;
+                                          ///< empty: `place` itself
+    double share = 1;                     ///< share of its way to the geometry by which a boundary point moves
+    std::array<VertexId, 2> halves = {};  ///< ends of the split edge whose curve the new edges preserve, if any
+    std::vector<BentSpoke<D>> bent = {};  ///< inner edges from the point whose nodes are known
 
     void join_to(const Adaptation<D>& r, VertexId v) {
         point = v;
@@ -268,7 +269,7 @@ struct CavityRequest {
 
 enum class BelowMinimum : std::uint8_t { refused, accepted_if_no_worse };
 
-/// Policy for new invalid elements that replace an invalid element with the same vertices.
+/// Policy for new invalid elements, each of which replaces an invalid element with the same vertices.
 enum class InvalidReplacement : std::uint8_t { refused, may_stay };
 
 /// Policy for patches that add two-facet elements (`adds_two_facet_elements`).
@@ -283,18 +284,19 @@ inline constexpr double min_facet_cosine = 0.8;
 struct PatchLimits {
     double min_shape = 0;
     BelowMinimum below_minimum = BelowMinimum::refused;  ///< see `QualityCriterion`
-    double bad_quality = 0.05;  ///< no element may be below both this and the worst removed one
-    double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< metric lengths of edges at the point
-    /// Degree 2: minimum scaled Jacobian, unless a removed element violates it.
+    double bad_quality = 0.05;  ///< no element may be worse than both this and the worst removed element
+    double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< limits of the metric lengths of edges
+                                                                             ///< at the point
+    /// Degree 2: minimum scaled Jacobian of new elements.
     double min_jacobian = default_bound;
-    /// Minimum scaled Jacobian if a removed element violates `min_jacobian`.
+    /// Replaces `min_jacobian` if a removed element violates it.
     double lowest_jacobian = 0;
-    /// Applies if each new element has the vertices of a removed element.
+    /// Precondition of `may_stay`: each new element has the vertices of a removed element.
     InvalidReplacement invalid_replacement = InvalidReplacement::refused;
-    /// Maximum number of linear programs, each for one inner edge, if relaxation to the old curves does not suffice.
+    /// Maximum number of linear programs. Each moves one inner node, if relaxation to the old curves does not suffice.
     int optimisation_problems = 8;
-    /// If these fail, a joint problem moves all inner nodes and at most this number of nodes on outer faces. 0: no
-    /// joint problem.
+    /// Maximum number of nodes on outer faces that a joint problem moves together with all inner nodes, if the linear
+    /// programs fail. 0: no joint problem.
     int bend_around = 0;
     /// Maximum number of relaxed inner nodes that move together towards their targets.
     int approaching = 0;
@@ -307,18 +309,18 @@ struct PatchLimits {
     int corrections = 8;
 };
 
-/// Reasons for rejection. The first ones are those of `StarFailure`.
+/// Reasons for rejection. `empty` to `exists` are those of `StarFailure`.
 enum class RejectionReason : std::uint8_t {
     none,
     empty,
-    required,  ///< also if a corner, or a vertex without all of its elements, would move
+    required,  ///< as in `StarFailure`, or a corner or a vertex with elements outside the cavity would move
     surface,
     line,
     ball,
     exists,
     volume,    ///< an element is inverted or has no volume; degree 2: violates the Jacobian bound
-    quality,   ///< an element below `min_shape`
-    length,    ///< an edge at the point violates the limits
+    quality,   ///< an element has a quality below `min_shape`
+    length,    ///< an edge at the point violates the length limits
     geometry,  ///< facets turn too far, or are too far from the geometry
     waits,     ///< conflicts with another patch; retried later
     wall,      ///< an element has two facets on one smooth, curved surface
@@ -340,10 +342,11 @@ template <int D>
 struct Candidate {
     CavityRequest<D> request;
     PatchLimits limits;
-    RejectionReason rejected = RejectionReason::none;  ///< reason known before planning
+    RejectionReason rejected = RejectionReason::none;
 };
 
-/// Samples the field at `place` for the request. `hint`: element of the back mesh to start from.
+/// Samples the field at `request.place` and stores the metric in the request. `hint`: element of the back mesh at which
+/// the search starts.
 template <int D>
 void sample_field(const Adaptation<D>& r, const AdaptationGoal<D>& goal, ElementId hint, CavityRequest<D>& request) {
     const FieldSample<D> sample = r.mesh.is_curved() ? sample_with_recovered_gradient(goal.field, request.place, hint)
@@ -381,7 +384,7 @@ template <int D>
     return {&metric.log_metric, &gradient, &metric.measure};
 }
 
-/// Length of edges to infinity in standalone surface meshes: no operation changes edges of length 1.
+/// Length of edges to infinity in standalone surface meshes. No operation changes an edge of length 1.
 inline constexpr double length_to_infinity = 1;
 
 template <int D>
@@ -398,8 +401,6 @@ template <int D>
 [[nodiscard]] inline double length_of(const Adaptation<D>& r, EdgeId edge) {
     return r.lengths.empty() ? measured_length(r, edge) : r.lengths[edge];
 }
-/// Returns `metric_shape` or, on standalone surfaces, `triangle_shape`. `point_at(i)`, `metric_at(i)`: position and
-/// metric of local vertex i.
 template <int D>
 [[nodiscard]] double straight_shape(const DynamicMesh<D>& mesh, auto&& point_at, auto&& metric_at) {
     if constexpr (D == 3)
@@ -459,8 +460,8 @@ template <int D>
     return worst;
 }
 
-/// Minimum quality of new elements. They must exceed `min_shape` or, if allowed, not be worse than the worst removed
-/// element. None may be below both `bad_quality` and the worst removed element.
+/// Minimum quality of new elements. An element must exceed `min_shape` or, if `below_minimum` allows that, be no worse
+/// than the worst removed element. It must not be worse than both `bad_quality` and the worst removed element.
 template <int D>
 class QualityCriterion {
   public:
@@ -475,7 +476,7 @@ class QualityCriterion {
     }
 
   private:
-    /// Lowest quality of the removed elements, minus the rounding from another order of vertices.
+    /// Lowest quality of the removed elements, minus an allowance for rounding, which depends on the order of vertices.
     [[nodiscard]] double worst_replaced() {
         constexpr double rounding = 1e-9;
         if (!worst_) worst_ = worst_shape_of(r_, replaced_);

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Maximum relative change of coefficients; closed shells need far less.
+/// Maximum relative change of coefficients in the linear program; closed shells need far less.
 constexpr double volume_reach = 1e3;
 
 /// Constraints are tightened by 4, 64, … rounding errors until `decide` agrees.
@@ -52,12 +52,12 @@ struct Place {
     std::uint16_t part = 0, coefficient = 0;
 };
 
-/// Parts of a shell's elements as functions of x = P − P_0; P_0 is the shell's node.
+/// Parts of the elements of a shell as functions of x = P − P_0, where P_0 is the shell's node.
 template <int D>
 struct Parts {
     std::vector<AffinePart<D>> parts;
-    std::vector<double> straight, error;  ///< per element, see AffineJacobian
-    std::vector<double> sharpest;         ///< maximum |gradient| of its coefficients
+    std::vector<double> straight, error;
+    std::vector<double> sharpest;  ///< maximum |gradient| of the coefficients of each element
     int cuts = 0;
 
     explicit Parts(const EdgeShell<D>& shell) {
@@ -76,7 +76,6 @@ struct Parts {
 
     [[nodiscard]] std::size_t size() const { return parts.size(); }
 
-    /// Bisects the parts along their largest bend at x. False if none was bisected.
     bool bisect(std::vector<Place>& places, const Vec<D>& x, int max_cuts) {
         std::sort(places.begin(), places.end(), [](Place a, Place b) { return a.part < b.part; });
         bool any = false;
@@ -100,8 +99,8 @@ bool is_constant(const AffineFunction<D>& f) {
     return norm_squared(f.gradient) == 0;
 }
 
-/// safe: all coefficients are constraints, so every feasible node is valid. all: only values of det J are, so every
-/// valid node is feasible.
+/// safe: all coefficients are constraints, so every feasible node is valid. all: only coefficients that are values of
+/// det J are constraints, so every valid node is feasible.
 enum class Admits { safe, all };
 
 template <int D>
@@ -109,7 +108,8 @@ bool takes_part(Admits admits, int coefficient) {
     return admits == Admits::safe || is_corner<D>[coefficient];
 }
 
-/// Selects the node with this value that changes the coefficients least; others may be far off an open shell.
+/// Returns the node with this value that changes the coefficients least. Other nodes may be far away if the shell is
+/// open.
 template <int D>
 Vec<D> min_change(std::span<const RaisedFunction<D>> raised, double value, const Vec<D>& otherwise) {
     QuadraticModel<D> change{{}, {}, 0};
@@ -124,12 +124,12 @@ Vec<D> min_change(std::span<const RaisedFunction<D>> raised, double value, const
     return nearest.feasible ? nearest.x : otherwise;
 }
 
-/// Coefficients independent of the node limit the value.
+/// Solution of the linear program. Coefficients that do not depend on the node limit its value.
 template <int D>
 struct LinearAnswer {
     Vec<D> x;
     double lower = 0, upper = 0;
-    std::vector<Place> active_places;  ///< active, but no values of det J
+    std::vector<Place> active_places;  ///< parts with active coefficients that are not values of det J
 };
 
 template <int D>
@@ -174,7 +174,6 @@ std::optional<LinearAnswer<D>> raise(const Parts<D>& parts, const EdgeShell<D>& 
     return answer;
 }
 
-/// Bisects parts whose coefficients are too weak to prove `required_jacobian` at x.
 template <int D>
 void bisect_weak_parts(Parts<D>& parts, const EdgeShell<D>& shell, const Vec<D>& x, int max_cuts) {
     std::vector<Place> weak;
@@ -195,7 +194,6 @@ void bisect_weak_parts(Parts<D>& parts, const EdgeShell<D>& shell, const Vec<D>&
     } while (parts.bisect(weak, x, max_cuts));
 }
 
-/// The bound in the scale of element e, plus `slack` times the rounding error.
 template <int D>
 double floor_of(const Parts<D>& parts, const EdgeShell<D>& shell, std::size_t e, double bound, double slack) {
     const double required = std::max(0.0, shell.elements[e].required_jacobian.value_or(bound));
@@ -275,7 +273,7 @@ double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>
         if (s.required_jacobian) continue;
         const NodalSimplex<D> element = with_node(s, node);
         double value = smallest_scaled_coefficient(bounded_jacobian(element));
-        // At the requested value `decide` is a sharper certificate.
+        // For the requested value, `decide` may prove more.
         if (value < enough) {
             value = std::max(value, enough > 0 && decide(element, enough) == Verdict::valid
                                         ? enough
@@ -288,7 +286,6 @@ double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>
 
 namespace {
 
-/// Does not check elements with `required_jacobian`.
 template <int D>
 std::optional<MaxMinNode<D>> max_min_by_linear_programs(const EdgeShell<D>& shell, const EdgeProgramOptions& options) {
     Parts<D> parts(shell);
@@ -306,7 +303,7 @@ std::optional<MaxMinNode<D>> max_min_by_linear_programs(const EdgeShell<D>& shel
             break;
         }
         if (answer->lower >= options.enough) break;
-        // The upper bound costs as much as the lower; computed only if it may end the search.
+        // The upper bound costs as much as the lower one, so it is computed only if it may end the search.
         const double close = options.tolerance * std::max(1.0, std::abs(best.lower));
         if (parts.cuts == 0 || best.lower < before + close) {
             if (const auto all = raise(parts, shell, Admits::all)) upper = std::min(upper, all->upper);
@@ -316,7 +313,8 @@ std::optional<MaxMinNode<D>> max_min_by_linear_programs(const EdgeShell<D>& shel
         before = best.lower;
         if (!parts.bisect(answer->active_places, answer->x, options.max_cuts)) break;
     }
-    // The certificate refers to the stored node; this is slightly less than the program's value because of rounding.
+    // The certificate refers to the stored node. The claimed bound is slightly below the program's value because of
+    // rounding.
     const double claimed_bound = best.lower - 1e-9 * std::max(1.0, std::abs(best.lower));
     best.lower = smallest_scaled_jacobian(shell, best.node, parts.cuts == 0 ? -infinity : claimed_bound);
     best.upper = std::max(upper, best.lower);

@@ -16,8 +16,8 @@ export namespace camber {
 template <int D>
 struct ShellElement {
     NodalSimplex<D> element;
-    int edge = 0;  ///< local number of the shell's edge
-    /// Scaled Jacobian that this element must keep; nothing: the problem's bound.
+    int edge = 0;
+    /// Scaled Jacobian that this element must keep; nothing: the bound of the problem.
     std::optional<double> required_jacobian;
 };
 
@@ -49,14 +49,14 @@ template <int D>
     return moved;
 }
 
-/// Accuracy and effort of cuts: if the coefficient test is too weak, an element is bisected; the coefficients of its
-/// parts, also affine in the node, replace its own.
+/// Accuracy and effort of bisections. If the coefficients of an element prove too little, it is bisected. The
+/// coefficients of its parts, which are also affine in the node, then replace those of the element.
 struct EdgeProgramOptions {
-    double tolerance = 1e-3;  ///< of the optimum, relative to max(1, |optimum|)
-    int max_cuts = 60;        ///< total bisections; 0: plain coefficient test
-    /// Cuts end when the maximum is certainly above or below this.
+    double tolerance = 1e-3;  ///< tolerance of the optimum, relative to max(1, |optimum|)
+    int max_cuts = 60;        ///< maximum number of bisections; 0: only coefficients are tested
+    /// Bisections end when the maximum is certainly above or below this.
     double enough = std::numeric_limits<double>::infinity();
-    /// Without cuts: minimum of the coefficients for a node to be returned; saves work otherwise.
+    /// Without bisections, a node is returned only if its minimum coefficient is at least this, which saves work.
     double least = -std::numeric_limits<double>::infinity();
 };
 
@@ -65,7 +65,8 @@ struct MaxMinNode {
     LagrangeNode<D> node;
     /// Certified lower bound of det J / |det straight| in elements without `required_jacobian`.
     double lower = 0;
-    /// Upper bound for any node, up to rounding (without cuts: by coefficients); ∞ if `enough` was reached at once.
+    /// Upper bound for any node, up to rounding (without bisections: by coefficients); ∞ if `enough` was reached at
+    /// once.
     double upper = 0;
     int cuts = 0;  ///< bisections
 };
@@ -78,15 +79,15 @@ struct NearestNode {
 };
 
 /// Maximises the minimum of det J / |det straight| over the elements without `required_jacobian`; the others stay above
-/// theirs. A linear program, then cuts until `lower` and `upper` agree to the tolerance or lie on one side of `enough`.
-/// Nothing if infeasible or if all elements have `required_jacobian`.
+/// theirs. Solves a linear program, then bisects until `lower` and `upper` agree to the tolerance or lie on one side of
+/// `enough`. Nothing if infeasible or if all elements have `required_jacobian`.
 template <int D>
 [[nodiscard]] std::optional<MaxMinNode<D>> max_min_node(const EdgeShell<D>& shell,
                                                         const EdgeProgramOptions& options = {});
 
 /// Minimises the model subject to validity of all elements by `decide`: above `bound`, or above their
-/// `required_jacobian`. A quadratic program, then cuts where active coefficients are no values of det J. Nothing if no
-/// such node was found.
+/// `required_jacobian`. Solves a quadratic program, then bisects where active coefficients are not values of det J.
+/// Nothing if no such node was found.
 template <int D>
 [[nodiscard]] std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model,
                                                          double bound, const EdgeProgramOptions& options = {});
@@ -100,7 +101,7 @@ template <int D>
 template <int D>
 [[nodiscard]] double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double enough);
 
-/// ½ (x − centre)ᵀ H (x − centre); x is the offset from the current position.
+/// Cost model ½ (x − centre)ᵀ H (x − centre); x is the offset from the current position.
 template <int D>
 struct OffsetModel {
     Vec<D> centre;
@@ -119,29 +120,31 @@ struct JointProblem {
     static constexpr int fixed = -1;
 
     struct Element {
-        QuadraticSimplex<D, D> bezier;                            ///< current positions
-        std::array<int, quadratic_nodes<D>> unknowns{};           ///< of vertices, then edges; or `fixed`
-        double floor = 0;                                         ///< coefficients as shares of |det straight|
-        double least = -std::numeric_limits<double>::infinity();  ///< absolute, since vertices change |det straight|
+        QuadraticSimplex<D, D> bezier;                   ///< current positions
+        std::array<int, quadratic_nodes<D>> unknowns{};  ///< unknowns of vertices, then of edges; or `fixed`
+        double floor = 0;                                ///< minimum of the coefficients, as a share of |det straight|
+        double least = -std::numeric_limits<double>::infinity();  ///< absolute minimum of the coefficients, since
+                                                                  ///< vertices change |det straight|
     };
     std::vector<OffsetModel<D>> unknowns;
     std::vector<Element> elements;
     double first_penalty = weak;
     double max_work = std::numeric_limits<double>::infinity();
 
-    static constexpr double weak = 0.1;   ///< favours low cost
-    static constexpr double strong = 10;  ///< favours feasibility
+    static constexpr double weak = 0.1;   ///< penalty that favours low cost
+    static constexpr double strong = 10;  ///< penalty that favours feasibility
 };
 
-/// Work of one element evaluation; a unit takes about 50 µs. A step with ten unknowns and thirty elements costs about
-/// one: 0.4 (unknowns / 10)² for its equations, plus evaluations. Counts make decisions machine-independent.
+/// Work of evaluating one element; a unit of work takes about 50 µs. A step with ten unknowns and thirty elements takes
+/// about one unit: 0.4 (unknowns / 10)² for its equations, plus evaluations. Decisions depend on these counts, so they
+/// do not depend on the machine.
 inline constexpr double element_work = 0.01;
 [[nodiscard]] constexpr double equations_work(std::size_t unknowns) {
     const auto n = static_cast<double>(unknowns);
     return 0.4 * n * n / 100;
 }
 
-/// Maximum violation, as a share of |det straight|.
+/// Maximum violation of a constraint, as a share of |det straight|.
 inline constexpr double largest_shortfall = 1e-6;
 
 template <int D>

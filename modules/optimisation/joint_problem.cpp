@@ -24,7 +24,6 @@ struct JacobianGradient {
     std::array<std::array<Vec<D>, quadratic_nodes<D>>, jacobian_coefficients<D>> gradient{};
 };
 
-/// Index of the Bézier point between local vertices i and j; the vertex if i = j.
 template <int D>
 constexpr auto control_between = [] {
     std::array<std::array<int, D + 1>, D + 1> table{};
@@ -44,10 +43,10 @@ constexpr std::array<Vec<3>, 3> determinant_gradient(const std::array<Vec<3>, 3>
     return {cross(c[1], c[2]), cross(c[2], c[0]), cross(c[0], c[1])};
 }
 
-/// An ordered sum α = Σ_a e_{i_a}.
+/// One way to write α as an ordered sum Σ_a e_{i_a}.
 template <int D>
 struct CoefficientWay {
-    int position = 0;         ///< of α
+    int position = 0;
     std::array<int, D> at{};  ///< i_a
     double weight = 0;        ///< 2^D / number of such sums
 };
@@ -64,8 +63,8 @@ constexpr auto coefficient_ways = [] {
     return ways;
 }();
 
-/// c_α is the mean over the ordered sums α = Σ_a e_{i_a} of 2^D det(d_1[i_1] … d_D[i_D]), d_a[i] = P_{e_i+e_a} −
-/// P_{e_i+e_0} (Johnen, Remacle, Geuzaine 2013); each summand is linear in each column.
+/// Coefficient c_α is the mean over the ordered sums α = Σ_a e_{i_a} of 2^D det(d_1[i_1] … d_D[i_D]), d_a[i] =
+/// P_{e_i+e_a} − P_{e_i+e_0} (Johnen, Remacle, Geuzaine 2013). Each summand is linear in each column.
 template <int D>
 JacobianGradient<D> jacobian_gradient(const QuadraticSimplex<D, D>& element) {
     JacobianGradient<D> out;
@@ -98,7 +97,6 @@ double straight_determinant(const QuadraticSimplex<D, D>& element) {
     return dot(columns[0], determinant_gradient(columns)[0]);
 }
 
-/// |det straight| at the start, or the largest coefficient of a flat element.
 template <int D>
 double slack_scale(const QuadraticSimplex<D, D>& element) {
     const double straight = std::abs(straight_determinant<D>(element));
@@ -107,7 +105,8 @@ double slack_scale(const QuadraticSimplex<D, D>& element) {
     return std::max({straight, 1e-6 * largest, 1e-300});
 }
 
-/// P_i = p_i + δ_i and P_ij = p_ij + 2 m_ij + (δ_i + δ_j)/2: the node n_ij + m_ij + (δ_i + δ_j)/2 in Bézier form.
+/// Moves vertices by δ and nodes by m: P_i = p_i + δ_i and P_ij = p_ij + 2 m_ij + (δ_i + δ_j)/2. This is the Bézier
+/// form of the node n_ij + m_ij + (δ_i + δ_j)/2.
 template <int D>
 QuadraticSimplex<D, D> displaced(const typename JointProblem<D>::Element& element, const std::vector<Vec<D>>& offsets) {
     const auto moved = [&](int node) {
@@ -127,7 +126,7 @@ template <int D>
 using Slacks = std::array<double, jacobian_coefficients<D>>;
 
 struct SlackLevel {
-    double floor = 0;  ///< share of |det straight|
+    double floor = 0;
     double least = -std::numeric_limits<double>::infinity();
 };
 
@@ -167,12 +166,11 @@ SlackGradients<D> slack_gradients(const QuadraticSimplex<D, D>& element, SlackLe
     return gradients;
 }
 
-constexpr int max_updates = 20;  // of the multipliers
-constexpr int max_steps = 8;     // between two of them
+constexpr int max_updates = 20;  // updates of the multipliers
+constexpr int max_steps = 8;     // between two updates
 constexpr int patience = 4;      // updates without progress
 constexpr double largest_penalty = 1e8;
 
-/// Slacks are at the current offsets.
 template <int D>
 class Descent {
   public:
@@ -200,14 +198,12 @@ class Descent {
             for (int k = 0; k < coefficients; ++k) multipliers_[e][k] = force(e, k, slacks_[e][k]);
     }
     void raise_penalty() { penalty_ = std::min(5 * penalty_, largest_penalty); }
-    /// Reduces the merit; false if no step does.
     bool step();
 
   private:
     static constexpr int coefficients = jacobian_coefficients<D>;
     static constexpr int nodes = quadratic_nodes<D>;
 
-    /// Lower triangle of the Gauss–Newton Hessian.
     struct Model {
         Eigen::VectorXd gradient;
         Eigen::MatrixXd hessian;
@@ -221,7 +217,7 @@ class Descent {
         }
         return all;
     }
-    /// max(0, λ − μ g).
+    /// Returns max(0, λ − μ g) for the slack g.
     [[nodiscard]] double force(std::size_t e, int k, double g) const {
         return std::max(0.0, multipliers_[e][k] - penalty_ * g);
     }
@@ -242,7 +238,7 @@ class Descent {
     double penalty_;
 };
 
-/// Σ models + Σ max(0, λ − μ g)² / 2μ.
+/// Returns Σ models + Σ max(0, λ − μ g)² / 2μ over the slacks g.
 template <int D>
 double Descent<D>::merit(const Offsets& offsets, const std::vector<Slacks<D>>& slacks) const {
     double sum = 0;
@@ -338,7 +334,7 @@ JointSolution<D> solve(const JointProblem<D>& problem, std::vector<Vec<D>> start
         largest = std::max(largest, shortfall);
         descent.update_multipliers();
         if (shortfall < largest_shortfall || is_spent()) break;
-        // No progress in a fold: penalty and multipliers have no effect.
+        // In a fold, penalty and multipliers have no effect, so there is no progress.
         if (update >= patience && shortfall > 0.5 * largest) break;
         if (shortfall > 0.3 * before) descent.raise_penalty();
         before = shortfall;

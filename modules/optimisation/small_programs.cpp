@@ -1,4 +1,4 @@
-// Small programs on a segment, linear and quadratic ones; minimum of det J of an element.
+// Small programs on a segment, small linear and quadratic programs, and the minimum of det J of an element.
 module;
 #include <algorithm>
 #include <array>
@@ -35,7 +35,7 @@ std::optional<SegmentInterval> feasible(std::span<const AffineConstraint> constr
         const double start = c.at_0 - c.floor;
         const double end = c.at_1 - c.floor;
         if (!(start >= 0 || end >= 0)) return {};
-        // The ends are tested by their own values, so that a rounded crossing cannot exclude them.
+        // Each end is tested by its own value, so that a rounded crossing cannot exclude it.
         if (start < 0) interval.low = std::max(interval.low, -start / s);
         if (end < 0) interval.high = std::min(interval.high, -start / s);
     }
@@ -45,7 +45,8 @@ std::optional<SegmentInterval> feasible(std::span<const AffineConstraint> constr
 
 double max_min_parameter(std::span<const AffineConstraint> constraints, SegmentInterval within) {
     if (constraints.empty()) return within.high;
-    // The maximum is the crossing of a rising and a falling line; iterates with the lowest line at each crossing.
+    // The maximum is the crossing of a rising and a falling line. Each iteration uses the lowest line at the current
+    // crossing.
     const AffineConstraint* rising = &lowest(constraints, within.low);
     const AffineConstraint* falling = &lowest(constraints, within.high);
     if (slope(*falling) >= 0) return within.high;
@@ -63,7 +64,7 @@ double max_min_parameter(std::span<const AffineConstraint> constraints, SegmentI
 
 namespace {
 
-/// Later steps use Bland's rule; at the limit the current bracket is returned.
+/// Later steps use Bland's rule. At the step limit the current bounds are returned.
 constexpr int steepest_steps = 40;
 constexpr int max_steps = 400;
 
@@ -85,7 +86,6 @@ struct Frame {
     }
 };
 
-/// Gram–Schmidt, longest remainder first; omits directions without change.
 template <int M>
 Frame<M> frame_of(std::span<const RaisedFunction<M>> functions) {
     Frame<M> frame;
@@ -146,7 +146,7 @@ class DualSimplex {
             }
     }
 
-    /// Starts from the lowest raised function, optimal at a corner of the box; false if none is raised.
+    /// False if no function is raised.
     bool start() {
         int lowest = -1;
         double least = 0;
@@ -161,7 +161,7 @@ class DualSimplex {
         return solve_basis();
     }
 
-    /// False if contradictory, or if t, which never increases, is at most `least`.
+    /// False if the constraints are contradictory, or if t, which never increases, is at most `least`.
     bool run(double least) {
         for (int step = 0; step < max_steps; ++step) {
             if (t() <= least) return false;
@@ -171,7 +171,7 @@ class DualSimplex {
             if (leaving < 0) return false;
             const auto before = basis_;
             basis_[leaving] = entering;
-            if (!solve_basis()) {  // numerically singular: the current bracket remains
+            if (!solve_basis()) {  // numerically singular: the current bounds remain
                 basis_ = before;
                 return solve_basis();
             }
@@ -226,7 +226,7 @@ class DualSimplex {
 
     [[nodiscard]] bool in_basis(int row) const { return std::find(basis_.begin(), basis_.end(), row) != basis_.end(); }
 
-    /// Leaving row: minimum of λ_i / u_i with u_i > 0, entering = Σ u_i row_i; ties select the lower row.
+    /// Returns the leaving row: minimum of λ_i / u_i with u_i > 0, entering = Σ u_i row_i. Ties select the lower row.
     [[nodiscard]] int ratio_test(int entering) const {
         std::array<double, M + 1> u{};
         double largest = 0;
@@ -308,7 +308,8 @@ struct Plane {
     int function = 0;
 };
 
-/// Active planes with N = Q R (Gram–Schmidt), u ≥ 0, and their nearest point to the origin y = Σ u_i unit_i.
+/// Active planes with N = Q R (Gram–Schmidt), multipliers u ≥ 0, and the point of the planes nearest to the origin, y =
+/// Σ u_i unit_i.
 template <int M>
 struct ActiveSet {
     int count = 0;
@@ -318,7 +319,7 @@ struct ActiveSet {
     std::array<std::array<double, M>, M> r{};
     Vec<M> y;
 
-    /// Component orthogonal to the active normals; `weights` is R⁻¹ Qᵀ unit.
+    /// `weights` is R⁻¹ Qᵀ unit for the remainder of `unit`.
     [[nodiscard]] Vec<M> remainder(Vec<M> unit, std::array<double, M + 1>& weights) const {
         std::array<double, M> along{};
         for (int pass = 0; pass < 2; ++pass)
@@ -377,7 +378,6 @@ struct ActiveSet {
 
 enum class Step { added, contradiction };
 
-/// Moves along the remainder of the plane's normal; drops planes whose multiplier reaches 0.
 template <int M>
 Step enter(ActiveSet<M>& set, const Plane<M>& plane) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -387,7 +387,7 @@ Step enter(ActiveSet<M>& set, const Plane<M>& plane) {
         std::array<double, M + 1> weights{};
         const Vec<M> z = set.remainder(plane.unit, weights);
         const double slope = norm_squared(z);
-        // If the normal is within rounding of the span of the active ones, the step in y would exceed all scales.
+        // If the normal is within rounding in the span of the active normals, the step in y would exceed all scales.
         const double full =
             set.count < M && slope > 0x1p-72 ? std::max(0.0, -(dot(plane.unit, y) + plane.offset) / slope) : infinity;
         int leaving = -1;
@@ -451,7 +451,7 @@ NearestPoint<M> nearest_point(const QuadraticModel<M>& model, std::span<const Af
         const double length = norm(normal);
         if (length > std::numeric_limits<double>::min()) {
             planes.push_back({normal / length, offset / length, static_cast<int>(i)});
-        } else if (!(offset >= 0)) {  // constant, so infeasible
+        } else if (!(offset >= 0)) {  // the function is constant, so infeasible
             nearest.active[nearest.active_count++] = static_cast<int>(i);
             return nearest;
         }

@@ -10,8 +10,8 @@ import camber.validity;
 
 export namespace camber {
 
-/// An affine function of θ ∈ [0, 1] and its lower bound, such as a coefficient of det J along a segment of a node: one
-/// column of J is affine in the node.
+/// An affine function of θ ∈ [0, 1] and its lower bound, such as a coefficient of det J while one node moves on a
+/// segment.
 struct AffineConstraint {
     double at_0 = 0, at_1 = 0;
     double floor = 0;
@@ -22,13 +22,12 @@ struct SegmentInterval {
     double low = 0, high = 1;
 };
 
-/// Returns the feasible θ ∈ [0, 1], if any.
 [[nodiscard]] std::optional<SegmentInterval> feasible(std::span<const AffineConstraint> constraints);
 
 /// Returns the largest maximiser of min (value − floor), a concave piecewise linear function, up to rounding.
 [[nodiscard]] double max_min_parameter(std::span<const AffineConstraint> constraints, SegmentInterval within);
 
-/// function(x) ≥ weight · t. Weight 1: raised; weight 0: stays non-negative.
+/// Constraint function(x) ≥ weight · t. A function with weight 1 is raised; with weight 0 it stays non-negative.
 template <int M>
 struct RaisedFunction {
     AffineFunction<M> function;
@@ -40,13 +39,13 @@ struct MaxMinPoint {
     Vec<M> x;
     double lower = 0;  ///< min function(x) / weight over the raised functions
     double upper = 0;  ///< upper bound for any x, up to rounding (weak duality)
-    /// Active functions; fewer than M + 1 if the reach is active too.
+    /// Active functions; fewer than M + 1 if the limit `reach` is active too.
     std::array<int, M + 1> active{};
     int active_count = 0;
 };
 
-/// Maximises t under function_i(x) ≥ weight_i t. `reach` bounds the coordinates of x by the change of the most
-/// sensitive function, so linear changes of x have no influence. Nothing if the functions of weight 0 are
+/// Maximises t under function_i(x) ≥ weight_i t. `reach` limits the coordinates of x by the change that they cause in
+/// the most sensitive function, so linear changes of x have no influence. Nothing if the functions of weight 0 are
 /// contradictory, if no function has a weight, or if the maximum is certainly at most `least`.
 ///
 /// Dual simplex method with explicit bases of M + 1 constraints. The most violated constraint enters; after many steps
@@ -73,7 +72,7 @@ struct NearestPoint {
     bool feasible = false;
     Vec<M> x;
     double cost = 0;  ///< model at x minus its value at the centre
-    /// Active functions (0 at x); if infeasible, contradictory functions.
+    /// Active functions, which are 0 at x; if infeasible, contradictory functions.
     std::array<int, M + 1> active{};
     int active_count = 0;
 };
@@ -87,7 +86,7 @@ template <int M>
 template <int D>
 struct MinJacobianPoint {
     Barycentric<D> at{};
-    double jacobian = 0;  ///< det J there
+    double jacobian = 0;  ///< det J at the point
 };
 
 /// Returns a point with det J within 1e-3 · max(|det of the straight element|, |minimum|) of the minimum, for messages.

@@ -21,7 +21,6 @@ Outcome<Column<T>> mapped(const Column<T>& rows, F&& f, const Execution& executi
     });
 }
 
-/// Replaces columns of a mesh until one fails.
 class Columns {
   public:
     explicit Columns(const Execution& execution) : execution_(execution) {}
@@ -68,8 +67,8 @@ void renumber_geometry(InputGeometry<D>& geometry, const Column<VertexId>& after
     columns.map(geometry.on_surfaces, of_item);
 }
 
-/// Old id of each edge, found at equal local edges of the same simplex. Simplices that share an edge write the same
-/// value.
+/// Old id of each edge. Local edge k of an element is the same edge before and now. Elements that share an edge write
+/// the same value.
 template <int D>
 Outcome<Buffer<EdgeId>> edges_before(const EdgeSet<D>& before, const EdgeSet<D>& now, const Column<ElementId>& elements,
                                      const Execution& execution) {
@@ -150,7 +149,6 @@ Outcome<Permutation<VertexId>> vertices_along_curve(const Column<Vec<D>>& points
     return permutation(Column<VertexId>(std::move(*before)), part_of(execution, 0.9, 1));
 }
 
-/// Stable counting sort of elements by `keys`, which are below `bound`.
 Buffer<ElementId> sorted_by(const Buffer<std::uint32_t>& keys, std::size_t bound) {
     Buffer<std::uint32_t> next(bound + 1, 0U);
     for (const std::uint32_t key : keys) ++next[key + 1];

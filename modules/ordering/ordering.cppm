@@ -6,8 +6,8 @@ module;
 #include <limits>
 #include <optional>
 #include <utility>
-/// Memory order of vertices and elements: quality, improvement, renumbering in both directions. All functions that
-/// return an Outcome may fail with memory or stopped.
+/// Order of vertices and elements in memory: its quality, its improvement, and renumbering in both directions. All
+/// functions that return an Outcome may fail with memory or stopped.
 export module camber.ordering;
 import camber.core;
 
@@ -36,14 +36,14 @@ template <int D>
         [&](PointBox<D>& box, std::size_t v) { box = join(box, {points[v], points[v]}); }, join);
 }
 
-/// Morton code: interleaves the bits of the coordinates relative to the box, highest bits first.
+/// Morton code: interleaves the bits of the coordinates, the highest bits first. Coordinates are relative to the box.
 template <int D>
 [[nodiscard]] std::uint64_t morton_key(const Vec<D>& p, const PointBox<D>& box) {
     constexpr int bits = 63 / D;
     constexpr auto most = static_cast<double>((std::uint64_t{1} << bits) - 1);
     std::array<std::uint64_t, D> cell{};
     for (int c = 0; c < D; ++c) {
-        // Both terms are halved, because high − low may overflow.
+        // Each term is halved first, because high − low may overflow.
         const double extent = 0.5 * box.high[c] - 0.5 * box.low[c];
         if (extent > 0) cell[c] = static_cast<std::uint64_t>((0.5 * p[c] - 0.5 * box.low[c]) / extent * most);
     }
@@ -53,7 +53,8 @@ template <int D>
     return key;
 }
 
-// Renumbering of vertices and elements. Facets and feature edges keep their ids: they are few and read sequentially.
+// Renumbering of vertices and elements. Facets and feature edges keep their ids, because they are few and are read
+// sequentially.
 
 template <class EntityId>
 struct Permutation {
@@ -92,43 +93,44 @@ template <class T, class EntityId>
         .map([](Buffer<T> result) { return Column<T>(std::move(result)); });
 }
 
-/// The order of a simplex's vertices and of lists is preserved, so that the inverse restores the mesh.
+/// Renumbers a mesh. The order of vertices within a simplex, and that of lists, is preserved, so `inverse` restores the
+/// mesh.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> renumbered(LinearMesh<D> mesh, const Renumbering& renumbering,
                                                 const Execution& execution);
 
-/// The unique edges have new ids too.
+/// A renumbered mesh of degree 2, in which edges also have new ids.
 template <int D>
 struct RenumberedQuadratic {
     QuadraticMesh<D> mesh;
-    Column<EdgeId> edges;  ///< old id of each edge
+    Column<EdgeId> edges;  ///< old id of each new edge
 };
 template <int D>
 [[nodiscard]] Outcome<RenumberedQuadratic<D>> renumbered(QuadraticMesh<D> mesh, const Renumbering& renumbering,
                                                          const Execution& execution);
 
-// Locality in memory. Loops over elements and edges read data of vertices, and loops over vertices read data of
-// elements. For 1 million tetrahedra in random order most reads miss the caches, and a run takes twice as long.
+// Locality in memory: loops over elements read data of vertices, and loops over vertices read data of elements. For 1
+// million tetrahedra in random order most reads miss the caches, and a run takes twice as long.
 
 struct OrderingOptions {
-    /// Smaller meshes are not reordered, because they fit into caches.
+    /// Meshes with fewer elements fit into caches and are not reordered.
     std::size_t min_elements = 100'000;
     /// Meshes with a larger `scatter` are reordered.
     double max_scatter = 0.02;
 };
 
-/// Mean difference of the lowest vertices of consecutive elements, divided by the number of vertices. It is near 0 in a
-/// good order, 2k/((k + 1)(2k + 1)) in a random order for k vertices per element (0.178 for tetrahedra, 0.214 for
-/// triangles), 0 for fewer than two elements.
+/// Returns a measure of the order: the mean difference between the lowest vertices of consecutive elements, divided by
+/// the number of vertices. It is near 0 in a good order and 0 for fewer than two elements. In a random order of
+/// elements with k vertices it is 2k/((k + 1)(2k + 1)): 0.178 for tetrahedra, 0.214 for triangles.
 template <int D>
 [[nodiscard]] Outcome<double> scatter(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Sorts vertices along the Morton curve in their bounding box (G. M. Morton, 1966), and elements by lowest vertex;
-/// ties keep their order.
+/// Sorts vertices along the Morton curve in their bounding box (G. M. Morton, 1966), and elements by their lowest
+/// vertex. Elements with the same lowest vertex keep their order.
 template <int D>
 [[nodiscard]] Outcome<Renumbering> space_filling_order(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// A better order, and the scatter of the present one.
+/// A better order, and the `scatter` of the present order.
 struct BetterOrder {
     Renumbering renumbering;
     double scatter = 0;

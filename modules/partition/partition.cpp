@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// Neighbours share an edge, which may have any number of triangles.
+/// Graph of a surface mesh: triangles that share an edge are neighbours. An edge may have any number of triangles.
 Outcome<DualGraph> graph_of_surface(const LinearMesh<3>& mesh, const Execution& execution) {
     const auto edges = unique_edges(mesh, execution);
     if (!edges) return fail(edges.error());
@@ -77,7 +77,7 @@ template Outcome<DualGraph> dual_graph<3>(const LinearMesh<3>&, const Execution&
 
 namespace {
 
-/// Part of the lowest cell that contains all vertices of a simplex; 0 without such a cell.
+/// For each simplex, the part of the lowest cell that contains all its vertices; 0 if there is no such cell.
 template <int C, int K, class Id>
 Outcome<Column<std::int32_t>> parts_of(const Simplices<C>& cells, const Incidence<Id>& balls,
                                        const Simplices<K>& simplices, const Column<std::int32_t>& parts,
@@ -85,7 +85,7 @@ Outcome<Column<std::int32_t>> parts_of(const Simplices<C>& cells, const Incidenc
     return map_each(execution, simplices.size(),
                     [&](std::size_t s) -> std::int32_t {
                         const SimplexVertices<K>& simplex = simplices.vertices[s];
-                        for (const Id c : balls[simplex[0]])  // cells in ascending order
+                        for (const Id c : balls[simplex[0]])  // in ascending order
                             if (std::ranges::all_of(simplex, [&](VertexId v) {
                                     return std::ranges::find(cells.vertices[c], v) != cells.vertices[c].end();
                                 }))
@@ -155,7 +155,6 @@ Column<T> chosen(const Column<T>& column, const Rows& rows) {
     return some;
 }
 
-/// Drops items that are not in the ascending `rows`, and renumbers the others.
 template <class Item>
 Column<Item> renumbered(const Column<Item>& list, const Rows& rows) {
     Buffer<Item> some;
@@ -217,7 +216,8 @@ MeshPiece<LinearMesh<D>> linear_piece(const LinearMesh<D>& mesh, const CellParts
     return {std::move(result), vertices, elements, facets, edges};
 }
 
-/// Rows in `whole` of the edges in `own`. Edges in `whole` must be sorted by vertices.
+/// For each edge in `own`, its row in `whole`, where edges are sorted by vertices. `vertices`: number in `whole` of
+/// each vertex.
 template <int D>
 Outcome<Rows> edges_in(const EdgeSet<D>& whole, const EdgeSet<D>& own, const Column<std::uint32_t>& vertices,
                        const Execution& execution) {

@@ -2,7 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-// scotch.h uses FILE of stdio.h.
+// Needed by scotch.h, which uses FILE.
 #include <scotch.h>
 
 #include <algorithm>
@@ -17,7 +17,6 @@ namespace {
 
 constexpr int done = 0;
 
-/// Owns a Scotch structure.
 template <class Structure, int (*begin)(Structure*), void (*end)(Structure*)>
 class ScotchStructure {
   public:

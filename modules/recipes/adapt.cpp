@@ -54,7 +54,7 @@ class Loop {
     }
 
   private:
-    /// Makes the mesh, the solution and the table row of a cycle. A mesh that is not valid ends the loop.
+    /// Makes mesh, solution and table row of a cycle. An invalid mesh ends the loop.
     Outcome<Done> make(int cycle) {
         const auto into = store_.begin(cycle);
         if (!into) return fail(into.error());
@@ -155,13 +155,11 @@ Outcome<AdaptedValues> adapt_values(const config::Pipeline& pipeline, const RunO
 
 namespace {
 
-/// Input mesh and geometry of `adapt_mesh`.
 struct AdaptedInput {
     AnyMesh mesh;
     const GeometrySource& geometry;
 };
 
-/// Makes the inputs of a cycle's run. Errors: those of expressions.
 Outcome<Inputs> inputs_of(const config::Pipeline& pipeline, const NamedValues& values, const AdaptedInput& specified,
                           const Execution& execution) {
     const auto stored = values.meshes.find(std::get<config::FilePath>(pipeline.input.source).path);
@@ -204,7 +202,7 @@ Outcome<Done> check_sizes(const AnyMesh& mesh, std::span<const NamedField> field
         const std::size_t at = f.field.degree == 2 ? *nodes : plan_size(mesh).vertices;
         if (f.field.values.size() != at * static_cast<std::size_t>(f.field.components))
             return fail(ErrorKind::input,
-                        fmt::format("has {} values, and the mesh has {} nodes with {} components each",
+                        fmt::format("has {} values, but the mesh has {} nodes with {} components each",
                                     f.field.values.size(), at, f.field.components),
                         "field " + f.name);
     }
@@ -223,7 +221,6 @@ CycleSolver solver_on(const MeshSolver<D>& solver, const StepWrapper& around) {
     };
 }
 
-/// Pipeline of `adapt_mesh`; its input mesh has the name `memory:mesh`.
 config::Pipeline pipeline_of(const AdaptMeshOptions& options, const std::string* expression) {
     config::SolutionMetric metric = options.metric;
     if (expression != nullptr && options.degree == 1 && metric.degree == 0) metric.degree = 1;

@@ -31,7 +31,7 @@ namespace {
 
 auto not_by_blocks(const std::string& what, const std::string& where) {
     return fail(ErrorKind::unsupported, what + " is not supported when curving by blocks", where, {},
-                "leave it out, or curve the mesh as a whole, on one rank and without blocks");
+                "remove it, or curve the whole mesh, on one rank and without blocks");
 }
 
 /// Checks that a metric can be computed at each vertex separately.
@@ -43,13 +43,13 @@ Outcome<Done> check_metric(const config::Metric& metric, const std::string& wher
         },
         metric);
     if (is_local) return Done{};
-    return not_by_blocks("a metric that is made of the whole mesh", where);
+    return not_by_blocks("a metric that depends on the whole mesh", where);
 }
 
 Outcome<Done> check_metrics(const config::Pipeline& pipeline) {
     if (std::holds_alternative<config::NaturalMetric>(pipeline.metric)) {
         if (pipeline.metric_operations.empty()) return Done{};
-        return not_by_blocks("an operation on the mesh's own metric", "/metric_operations");
+        return not_by_blocks("an operation on the mesh-implied metric", "/metric_operations");
     }
     if (auto known = check_metric(pipeline.metric, "/metric"); !known) return known;
     for (std::size_t i = 0; i < pipeline.metric_operations.size(); ++i) {
@@ -57,13 +57,12 @@ Outcome<Done> check_metrics(const config::Pipeline& pipeline) {
         const config::MetricOperation& operation = pipeline.metric_operations[i];
         if (std::holds_alternative<config::Bound>(operation)) continue;
         const auto* const intersect = std::get_if<config::Intersect>(&operation);
-        if (intersect == nullptr) return not_by_blocks("gradation, or a metric of a given complexity,", where);
+        if (intersect == nullptr) return not_by_blocks("gradation, or a metric of a prescribed complexity,", where);
         if (auto known = check_metric(intersect->metric, where); !known) return known;
     }
     return Done{};
 }
 
-/// Rows of a metric file at the vertices of a block.
 MetricFile rows_of(const MetricFile& file, std::span<const GlobalNumber> vertices) {
     MetricFile out{file.name, file.solution, {}, file.metric_config};
     const std::size_t width = file.solution.rows == 0 ? 0 : file.solution.values.size() / file.solution.rows;
@@ -101,8 +100,7 @@ Outcome<Done> check_sources(const config::Pipeline& pipeline) {
     return Done{};
 }
 
-/// Functions that make geometry and metric of the blocks. They add notices of this rank to `report`. The arguments must
-/// outlive the result.
+/// Functions for geometry and metric of blocks. They refer to the arguments, and add notices of this rank to `report`.
 template <int D>
 BlocksGoal<D> goal_of(const config::Pipeline& pipeline, const BlockSources& sources, Report& report) {
     BlocksGoal<D> goal;
@@ -144,7 +142,6 @@ ValidityReport validity_report(const BlocksValidation& v, const JacobianBound& b
             .worst = elements > 0 ? v.worst + 1 : 0};
 }
 
-/// Runs a pipeline on blocks; `apply` is overloaded for each step that blocks support.
 template <int D>
 class BlockRunner {
   public:
@@ -201,7 +198,7 @@ class BlockRunner {
                              "/stages/" + std::to_string(at_));
     }
 
-    /// Options of the next stage `relax`. One pass then computes the verdicts and lists the elements to repair.
+    /// One pass then computes verdicts and lists elements to repair.
     [[nodiscard]] RepairOptions following_repair() const {
         for (std::size_t i = at_; i < pipeline_.stages.size(); ++i)
             if (const auto* relax = std::get_if<config::Relax>(&pipeline_.stages[i])) return *relax;

@@ -18,7 +18,6 @@ namespace camber::run {
 
 namespace {
 
-/// Returns the lists with numbers from 1.
 std::vector<std::vector<std::size_t>> numbers_of(const std::vector<std::vector<std::size_t>>& lists) {
     auto numbers = lists;
     for (auto& list : numbers)
@@ -85,7 +84,6 @@ bool is_analytic(const config::Cad& cad, Reference reference) {
     });
 }
 
-/// References of the mesh's facets, ascending.
 template <int D>
 std::vector<Reference> references_of(const LinearMesh<D>& mesh) {
     std::vector<Reference> all(mesh.facets.references.begin(), mesh.facets.references.end());
@@ -112,11 +110,11 @@ Outcome<Done> check_references(const config::Cad& cad, const std::vector<Referen
         if (std::find(cad.references.begin(), before, reference) != before)
             return fail(ErrorKind::usage, name + " is named twice", where, {}, "name each reference once");
         if (is_analytic(cad, reference))
-            return fail(ErrorKind::usage, name + " has an analytic surface, too", where, {},
-                        "name it here or in \"analytic\"");
+            return fail(ErrorKind::usage, name + " also has an analytic surface", where, {},
+                        "name it either here or in \"analytic\"");
         if (!is_among(of_mesh, reference))
             return fail(ErrorKind::usage, "no boundary triangle of the mesh has " + name, where, {},
-                        of_mesh.empty() ? "it has none at all" : "it has " + listed(of_mesh));
+                        of_mesh.empty() ? "the mesh has no boundary triangles" : "it has " + listed(of_mesh));
     }
     return Done{};
 }
@@ -126,7 +124,6 @@ struct Shares {
     std::vector<Reference> on_model, on_analytic, on_rest;
     std::vector<Reference> within_materials = {};  ///< part of `on_rest`: within one material and not on the model
 
-    /// References that are not on the model.
     [[nodiscard]] std::vector<Reference> excluded() const {
         std::vector<Reference> all;
         std::ranges::merge(on_analytic, on_rest, std::back_inserter(all));
@@ -158,8 +155,10 @@ Outcome<Shares> shares_of(const config::Cad& cad, const CadModel& model, const L
                                        : shares.on_rest)
             .push_back(reference);
     if (shares.on_model.empty() && !all.empty())
-        return fail(ErrorKind::usage, "all references of the mesh have analytic surfaces: none is left for the model",
-                    "/geometry/cad/analytic", {}, "take the geometry \"analytic\", or fewer surfaces");
+        return fail(ErrorKind::usage,
+                    "all references of the mesh have analytic surfaces: no facets are left for the "
+                    "CAD model",
+                    "/geometry/cad/analytic", {}, "use the geometry \"analytic\", or remove analytic surfaces");
     if (!cad.references.empty()) return shares;
     return with_sheets_on_rest(std::move(shares), model, mesh, without_progress(execution));
 }

@@ -72,7 +72,6 @@ double measure_of(const LinearMesh<D>& mesh, std::size_t e) {
     return signed_measure<D>(corners_of(mesh, mesh.elements.vertices[e]));
 }
 
-/// Numbers, from 1, of the elements that satisfy `chosen`.
 std::vector<std::size_t> numbers_where(std::size_t elements, auto&& chosen) {
     std::vector<std::size_t> numbers;
     for (std::size_t e = 0; e < elements; ++e)
@@ -275,7 +274,6 @@ class Checker {
         });
     }
 
-    /// Computes a column of the report with one value per element.
     template <class T>
     Outcome<Done> fill(Column<T>& column, const Execution& execution, auto&& value) {
         return map_each(execution, judged_count(linear_), [&](std::size_t e) { return static_cast<T>(value(e)); })

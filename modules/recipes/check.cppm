@@ -25,7 +25,6 @@ import :state;
 /// Checks of a mesh, and errors of interpolants on it (`camber check`).
 export namespace camber::run {
 
-/// Elements of one bin, and their shares of the squared L2 error over the mesh.
 struct ErrorBin {
     std::string range;
     std::size_t elements = 0;
@@ -33,14 +32,15 @@ struct ErrorBin {
 
     static void fields(auto& s, auto& f) {
         f("range", s.range, "range of the bin");
-        f("elements", s.elements, "number of its elements");
-        f("straight", s.straight, "their share of the squared L2 error of `straight`", unit("1"));
-        f("same_boundary", s.same_boundary, "their share of that of `same_boundary`", unit("1"));
-        f("curved", s.curved, "their share of that of `curved`", unit("1"));
+        f("elements", s.elements, "number of elements in the bin");
+        f("straight", s.straight, "share of these elements in the squared L2 error of `straight`", unit("1"));
+        f("same_boundary", s.same_boundary, "share of these elements in the squared L2 error of `same_boundary`",
+          unit("1"));
+        f("curved", s.curved, "share of these elements in the squared L2 error of `curved`", unit("1"));
     }
 };
 
-/// Interpolation errors of one field, in total and by bins. Empty bins are included.
+/// Empty bins are included.
 struct FieldErrors {
     std::string expression;
     InterpolationError errors;
@@ -49,33 +49,33 @@ struct FieldErrors {
     static void fields(auto& s, auto& f) {
         f("field", s.expression, "expression of the field");
         f.merged(s.errors);
-        f("by_curvature", s.by_curvature, "elements by |node − middle|/|chord| of their most curved edge");
-        f("by_scaled_jacobian", s.by_scaled_jacobian, "elements by their smallest scaled Jacobian");
+        f("by_curvature", s.by_curvature, "elements by the |node − middle|/|chord| of their most curved edge");
+        f("by_scaled_jacobian", s.by_scaled_jacobian, "elements by their minimum scaled Jacobian");
         f("by_boundary", s.by_boundary, "elements by the number of edges between them and the boundary");
     }
 };
 
 // ---------------------------------------------------------------- checks: `camber check`
 
-/// Options of a check. The default bound is 0, not the recommended bound of runs.
+/// The default bound is 0, not the recommended bound of runs.
 struct CheckOptions {
     double min_scaled_jacobian = 0;
     double ridge_angle = ExamineOptions{}.ridge_angle_degrees;
     std::size_t worst = 10;
-    std::vector<std::string> fields = {};  ///< expressions for which interpolation errors are computed
+    std::vector<std::string> fields = {};
 
     [[nodiscard]] static constexpr auto options() {
         using S = CheckOptions;
         return std::tuple(
             option("min_scaled_jacobian", &S::min_scaled_jacobian,
-                   "what an element's scaled Jacobian must reach to be valid, from 0 and below 1")
+                   "minimum scaled Jacobian of a valid element, from 0 and below 1")
                 .at_least(0)
                 .below(1),
             option("ridge_angle", &S::ridge_angle,
-                   "faces of the boundary that turn by less than this (degrees) are one smooth wall")
+                   "boundary faces that meet at a smaller angle than this (degrees) belong to one smooth wall")
                 .at_least(0)
                 .at_most(180),
-            option("worst", &S::worst, "how many of the worst elements to show").at_least(0).at_most(1000000));
+            option("worst", &S::worst, "number of worst elements to show").at_least(0).at_most(1000000));
     }
 };
 
@@ -83,16 +83,15 @@ struct CheckOptions {
     return verdict == Verdict::valid ? "valid" : verdict == Verdict::invalid ? "invalid" : "undecided";
 }
 
-/// Point of an element where det J is lowest.
 struct Witness {
     std::vector<double> barycentric, point;
     double scaled_jacobian = 0;
 
     static void fields(auto& s, auto& f) {
         f("barycentric", s.barycentric,
-          "weights w of the vertices, exact if the element fails there: the point is w/Σw", unit("1"));
-        f("point", s.point, "the point in space", unit("length"));
-        f("scaled_jacobian", s.scaled_jacobian, "scaled Jacobian there; if the straight element is flat det J",
+          "weights w of the vertices; the point is w/Σw. They are exact if the element is invalid there", unit("1"));
+        f("point", s.point, "coordinates of the point", unit("length"));
+        f("scaled_jacobian", s.scaled_jacobian, "scaled Jacobian at the point; det J if the straight element is flat",
           unit("1"));
     }
 };
@@ -112,17 +111,17 @@ struct ElementReport {
 
     static void fields(auto& s, auto& f) {
         f("element", s.number, "its number, from 1");
-        f("tag", s.tag, "its number in the file, where that is another one", unless_empty);
+        f("tag", s.tag, "its number in the file, if it differs", unless_empty);
         f("reference", s.reference, "its reference");
         f("name", s.name, "name of its reference", unless_empty);
         f("verdict", word(s.verdict), "`valid`, `invalid` or `undecided`");
-        f("vertices", s.vertices, "its vertices, as the file numbers them");
-        f("min_scaled_jacobian", s.min_scaled_jacobian, "degree 2: its smallest scaled Jacobian", unit("1"));
+        f("vertices", s.vertices, "its vertices, with the numbers of the file");
+        f("min_scaled_jacobian", s.min_scaled_jacobian, "degree 2: its minimum scaled Jacobian", unit("1"));
         f("straight_inverted", s.straight_inverted, "degree 2: true if it is inverted or flat when straight");
         f("witness", s.witness, "degree 2: the point where det J is lowest");
         f("quality", s.quality, "degree 1: its mean ratio", unit("1"));
-        f("volume", s.volume, "degree 1: its volume (2D: area) with sign", unit("length^D"));
-        f("reason", s.reason, "the reason, in words");
+        f("volume", s.volume, "degree 1: its signed volume (2D: area)", unit("length^D"));
+        f("reason", s.reason, "reason, in words");
     }
 };
 
@@ -148,7 +147,7 @@ struct ElementColumns {
         f("quality", s.quality,
           "degree 1: mean ratios, 1 for an equilateral element, 0 for a flat one, negative for an inverted one",
           unit("1"), shown_if(!s.is_curved()));
-        f("volume", s.volume, "degree 1: volumes (2D: areas) with sign", unit("length^D"), shown_if(!s.is_curved()));
+        f("volume", s.volume, "degree 1: signed volumes (2D: areas)", unit("length^D"), shown_if(!s.is_curved()));
     }
 };
 
@@ -161,11 +160,11 @@ struct FindingReport {
 
     static void fields(auto& s, auto& f) {
         f("count", s.count, "number of entities with the defect");
-        f("first", s.first, "the first of them, with a second number where two belong together");
+        f("first", s.first, "first of these entities, with a second number if two belong together");
         f("category", s.concern,
           "subject of the defect: `conformity`, `orientation`, `nodes`, `boundary`, `closure` or `walls`");
-        f("is_harmful", s.is_harmful, "true: the mesh is not sound because of it");
-        f("text", s.sentence, "a sentence");
+        f("is_harmful", s.is_harmful, "true: the mesh is not sound because of the defect");
+        f("text", s.sentence, "description, in one sentence");
     }
 };
 
@@ -179,11 +178,11 @@ struct SoundnessReport {
 
     [[nodiscard]] ByDefect<std::vector<std::size_t>> first() const;
     static void fields(auto& s, auto& f) {
-        f("sound", s.sound, "true: nothing was found that harms");
-        f("empty", s.empty, "true: the mesh has no element and no facet");
+        f("sound", s.sound, "true: no harmful defect was found");
+        f("empty", s.empty, "true: the mesh has no elements and no facets");
         f({}, s.counts, "number of entities with a defect, by kind ([soundness.md](algorithms/soundness.md))");
-        f("first", s.first(), "of each kind that was found the first, as `findings.NAME.first`");
-        f("findings", s.findings, "the kinds that were found");
+        f("first", s.first(), "first entities of each kind that was found, as in `findings.NAME.first`");
+        f("findings", s.findings, "kinds of defects that were found");
     }
 };
 
@@ -199,10 +198,10 @@ struct CrossingReport {
     static void fields(auto& s, auto& f) {
         f("verdict", word(s.verdict), "`crossing`, `touching` or `undecided`");
         f("facets", s.facets,
-          "numbers of both, from 1; 0: the file lists no boundary; the same twice: a facet with itself");
+          "numbers of both facets, from 1; 0: the file lists no boundary. A facet that is listed twice crosses itself");
         f("references", s.references, "their references");
-        f("vertices", s.vertices, "their vertices, as the file numbers them");
-        f("also_when_straight", s.straight_too, "true: the straight facets of their vertices are not disjoint either");
+        f("vertices", s.vertices, "their vertices, with the numbers of the file");
+        f("also_when_straight", s.straight_too, "true: the facets are not disjoint with straight edges either");
     }
 };
 
@@ -216,7 +215,7 @@ struct CrossingsReport {
         f("examined", s.looked_at, "false: crossings were not examined, since the mesh has a fatal defect");
         f("facets", s.facets, "number of facets of the boundary and of interfaces");
         f.merged(s.counts);
-        f("found", s.found, "pairs that are not disjoint, by rising facets");
+        f("found", s.found, "pairs that are not certified disjoint, by ascending facets");
     }
 };
 
@@ -228,9 +227,9 @@ struct OverlapReport {
 
     static void fields(auto& s, auto& f) {
         f("elements", s.elements, "their numbers, from 1");
-        f("tags", s.tags, "their numbers in the file, where those are others", shown_if(s.tags[0] != 0));
+        f("tags", s.tags, "their numbers in the file, if they differ", shown_if(s.tags[0] != 0));
         f("references", s.references, "their references");
-        f("point", s.point, "a point inside both, to rounding", unit("length"));
+        f("point", s.point, "point inside both elements, up to rounding", unit("length"));
     }
 };
 
@@ -241,14 +240,14 @@ struct OverlapsReport {
 
     static void fields(auto& s, auto& f) {
         f("examined", s.looked_at,
-          "false: overlaps were not examined, since the mesh has no elements, a fatal defect or elements that it lists "
-          "twice");
+          "false: overlaps were not examined, since the mesh has no elements, a fatal defect, or elements that it "
+          "lists twice");
         f("walls", s.walls, "number of connected parts of the boundary that were examined");
         f("overlapping", s.overlapping,
-          "number of pairs of facets that touch, and of parts of the boundary, inside other elements "
+          "number of pairs of touching facets, and of parts of the boundary, that lie inside other elements "
           "([crossing.md](algorithms/crossing.md#elements-that-overlap))");
         f("undecided", s.undecided, "number of parts without a certified answer");
-        f("found", s.found, "pairs of elements that overlap, by rising elements");
+        f("found", s.found, "pairs of elements that overlap, by ascending elements");
     }
 };
 
@@ -286,11 +285,10 @@ struct CheckReport {
         return has_one ? std::optional(smallest) : std::nullopt;
     }
     [[nodiscard]] std::string answer() const;
-    /// Number of an element in the file, if it differs from its position (from 1); 0: none.
+    /// Number in the file, if it differs from the position (from 1); 0: none.
     [[nodiscard]] std::uint64_t tag_of(std::size_t element) const {
         return numbers.tag(mesh.judged_dimension(), element);
     }
-    /// Numbers of the listed elements in the file, if they differ from their positions.
     [[nodiscard]] std::vector<std::uint64_t> tags(const std::vector<std::size_t>& list) const {
         std::vector<std::uint64_t> all;
         for (const std::size_t e : list)
@@ -303,10 +301,10 @@ struct CheckReport {
         f("elements_by_reference", s.elements_by_reference, "number of elements of each reference");
         f("facets_by_reference", s.facets_by_reference, "number of facets of each reference");
         f("feature_edges_by_reference", s.feature_edges_by_reference, "number of feature edges of each reference");
-        f("groups", s.groups, "names of references, as the file has them");
+        f("groups", s.groups, "names of references in the file");
         f("all_good", s.all_good(), "true: the mesh is sound, and all elements are valid; the exit code is 0");
-        f("answer", s.answer(), "the same in words, with a remedy");
-        f("bound", s.bound, "scaled Jacobian that an element must reach to be valid", unit("1"));
+        f("answer", s.answer(), "answer in words, with a remedy");
+        f("bound", s.bound, "minimum scaled Jacobian of a valid element", unit("1"));
         f("valid", s.valid(), "number of valid elements");
         f("invalid", s.invalid, "number of invalid elements");
         f("undecided", s.undecided, "number of elements without a certified answer");
@@ -314,29 +312,34 @@ struct CheckReport {
         f("min_scaled_jacobian", s.min_scaled_jacobian(),
           "lower bound of the scaled Jacobian over all elements, to 10⁻³; null: the mesh has no element", unit("1"),
           or_null);
-        f("worst_element", s.worst_element, "its element, from 1; 0: none");
-        f("worst", s.worst, "the worst elements, the worst first, as many as `--worst`");
+        f("worst_element", s.worst_element, "element with this bound, from 1; 0: no element");
+        f("worst", s.worst, "worst elements, the worst first, at most `--worst`");
         f("histograms", s.histograms, "see below", unless_empty);
         f("invalid_elements", s.invalid_elements, "invalid elements, from 1");
-        f("invalid_element_tags", s.tags(s.invalid_elements), "their numbers in the file, if those are others",
+        f("invalid_element_tags", s.tags(s.invalid_elements), "their numbers in the file, if they differ",
           unless_empty);
         f("undecided_elements", s.undecided_elements, "elements without a certified answer, from 1");
-        f("undecided_element_tags", s.tags(s.undecided_elements), "likewise", unless_empty);
+        f("undecided_element_tags", s.tags(s.undecided_elements), "their numbers in the file, if they differ",
+          unless_empty);
         f("straight_inverted_elements", s.straight_inverted_elements,
           "elements that are inverted or flat with straight edges, from 1");
-        f("straight_inverted_element_tags", s.tags(s.straight_inverted_elements), "likewise", unless_empty);
+        f("straight_inverted_element_tags", s.tags(s.straight_inverted_elements),
+          "their numbers in the file, if they "
+          "differ",
+          unless_empty);
         f("wall_elements", s.wall_elements, "elements with two faces on one smooth wall, from 1");
-        f("wall_element_tags", s.tags(s.wall_elements), "likewise", unless_empty);
+        f("wall_element_tags", s.tags(s.wall_elements), "their numbers in the file, if they differ", unless_empty);
         f("soundness", s.soundness, "defects of the mesh");
         f("crossings", s.crossings, "facets that pass through each other or touch");
         f("overlaps", s.overlaps, "elements that overlap");
-        f("unit_mesh", s.unit_mesh, "with `--metric`: straight edges and elements in the metric");
+        f("unit_mesh", s.unit_mesh, "with `--metric`: straight edges and elements, measured in the metric");
         f("curved_unit_mesh", s.curved_unit_mesh,
-          "with `--metric`, degree 2: the same along the curves ([distortion.md](algorithms/distortion.md))");
+          "with `--metric`, degree 2: edges and elements, measured along the curves "
+          "([distortion.md](algorithms/distortion.md))");
         f("interpolation", s.interpolation,
           "with `--field`: errors of interpolants ([interpolation-error.md](algorithms/interpolation-error.md))",
           unless_empty);
-        f("notices", s.notices, "notes on the input, a sentence each");
+        f("notices", s.notices, "notes on the input, one sentence each");
     }
 };
 
@@ -350,7 +353,6 @@ struct CheckReport {
 [[nodiscard]] Outcome<MeshFields> check_fields(const AnyMesh& mesh, const CheckReport& report,
                                                const Execution& execution);
 
-/// "triangles 3 and 14 overlap at (0.25, 0.5)".
 [[nodiscard]] std::string overlap_text(const OverlapReport& overlap, const MeshReport& mesh);
 
 /// Mean ratio of a straight element, or of a triangle of a standalone surface mesh.
@@ -361,8 +363,8 @@ template <int D>
 
 namespace camber::run {
 
-/// Interpolation errors of expressions, in total and by bins. Steps: classify, then interpolate for each expression.
-/// Errors: those of the expressions and of `interpolation_error`.
+/// Steps: classify, then interpolate for each expression. Errors: those of the expressions and of
+/// `interpolation_error`.
 template <int D>
 [[nodiscard]] Outcome<std::vector<FieldErrors>> field_errors(const QuadraticMesh<D>& mesh,
                                                              const Column<float>& min_scaled_jacobian,
@@ -371,7 +373,6 @@ template <int D>
 
 [[nodiscard]] ReferenceCounts counted_by_reference(const Column<Reference>& references);
 
-/// A mesh and the check results of its elements.
 template <int D>
 struct Judged {
     const QuadraticMesh<D>& mesh;
@@ -380,8 +381,7 @@ struct Judged {
     const CheckReport& report;
 };
 
-/// Returns the n worst elements: first those that are not valid, then by ascending scaled Jacobian (degree 2) or
-/// quality.
+/// Elements that are not valid come first, then by ascending scaled Jacobian (degree 2) or quality.
 template <int D>
 [[nodiscard]] Outcome<std::vector<ElementReport>> find_worst_elements(const Judged<D>& judged, std::size_t n,
                                                                       const Execution& execution);

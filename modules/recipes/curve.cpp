@@ -33,13 +33,12 @@ namespace camber::run {
 namespace {
 
 std::string preserved_nodes_note(std::size_t edges) {
-    return fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", edges);
+    return fmt::format("{} boundary edges have the nodes of the input", edges);
 }
 constexpr const char* of_volume(CurvingAim aim) {
     return aim == CurvingAim::accuracy
-               ? "volume edges: their nodes are found anew; those that the mesh was read with do not count"
-               : "volume edges: the search begins at the node that the mesh was read with, where that is the better "
-                 "start";
+               ? "volume edges: new nodes are computed, and the nodes of the input are ignored"
+               : "volume edges: the search starts at the node of the input, if that is the better start";
 }
 
 template <int D>
@@ -82,7 +81,7 @@ CurvingTarget<D> store_field(Runner<D>& run, Boundary<D> boundary, ProposedCurve
 
 namespace {
 
-/// Solution on the mesh to curve; empty if no stage needs it.
+/// Empty: no stage needs it.
 template <int D>
 Outcome<SolutionInput<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh) {
     if (run.sources.goal != nullptr) return run.sources.goal->solution;
@@ -164,7 +163,6 @@ BoundaryReport features_report(const Features<D>& features) {
             .patches = features.patch_count};
 }
 
-/// Describes the boundary with the geometry of a goal.
 template <int D>
 Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                         std::span<const LagrangeNode<D>> curves, const MeshGoal<D>& goal,
@@ -178,13 +176,12 @@ Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet
     return DescribedBoundary<D>{std::move(*boundary), report};
 }
 
-/// Geometry of a config, and the model files that it names.
 struct ConfigGeometry {
     const config::Pipeline& pipeline;
     const GeometrySource& source;
 };
 
-/// Features and geometry of the boundary by the config. A remeshed mesh has its inherited geometry.
+/// A remeshed mesh has its inherited geometry.
 template <int D>
 Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                         std::span<const LagrangeNode<D>> curves, const ConfigGeometry& by,
@@ -274,7 +271,7 @@ Outcome<CadMovesReport> move(Quadratic<D>& at, const config::Cad& cad, const Cad
 }
 template <int D>
 Outcome<CadMovesReport> move(Changing<D>&, const config::Cad&, const CadModel&, const Execution&) {
-    return fail(ErrorKind::internal, "a run begins with no pass");
+    return fail(ErrorKind::internal, "this step is not possible after a pass");
 }
 
 }  // namespace
@@ -306,12 +303,11 @@ Outcome<Done> check_options(const config::Reinsert& options) {
     if (foreign.empty()) return Done{};
     return fail(ErrorKind::usage,
                 "reinsert: relax/" + foreign +
-                    " is of repair, which works on whole meshes; a cavity draws back the nodes "
-                    "at its point",
-                {}, {}, "leave it out, or take the stages curve, validate and relax");
+                    " is an option of repair, which works on whole meshes; a cavity moves back only the nodes at its "
+                    "vertex",
+                {}, {}, "remove it, or use the stages curve, validate and relax");
 }
 
-/// Verdicts of the target nodes and of the resulting nodes.
 template <int D>
 struct Verdicts {
     JudgedProposal<D> target, result;
@@ -335,7 +331,7 @@ void report_cavities(Runner<D>& run, const ReinsertionResult<D>& result, const V
     run.report.reinsert =
         ReinsertReport{result.sweeps, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)};
     if (result.left > 0)
-        run.note(std::to_string(result.left) + " vertices could have another sweep: max_sweeps ended it");
+        run.note(std::to_string(result.left) + " vertices could still be improved: the limit max_sweeps was reached");
 }
 
 }  // namespace

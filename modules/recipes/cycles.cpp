@@ -44,7 +44,6 @@ config::Output output_of_cycle(const config::Pipeline& pipeline, const CycleFile
 
 bool is_elevate(const config::Stage& stage) { return std::holds_alternative<config::Elevate>(stage); }
 
-/// Pipeline without solution, metric, operations and cycles.
 config::Pipeline without_field(config::Pipeline pipeline) {
     pipeline.adapt = {};
     pipeline.solution = {};
@@ -73,8 +72,8 @@ double smaller_step(double complexity, std::size_t elements_before, std::size_t 
 
 std::string other_complexity(double complexity_target, double outcome) {
     return fmt::format(
-        "the complexity of the mesh is {:.0f} instead of {:.0f}, at which elements are not certified "
-        "valid; more cycles may reach it",
+        "the complexity of the mesh is {:.0f} instead of {:.0f}, since elements were not certified valid at that "
+        "complexity; more cycles may reach it",
         outcome, complexity_target);
 }
 
@@ -84,14 +83,13 @@ double target_complexity(const config::Adaptation& adapt, int cycle) {
     return all[std::min(static_cast<std::size_t>(cycle), all.size()) - 1];
 }
 
-/// Exact solution and solver command; errors are comparable only if both are the same.
 std::string problem_of(const config::Adaptation& adapt) {
     std::string text = adapt.exact;
     for (const std::string& word : adapt.solve) text += '\n' + word;
     return text;
 }
 
-/// True if the errors of two meshes are comparable: the same requested complexity and the same problem.
+/// True if the errors are comparable: the same requested complexity and problem.
 bool is_like(const CycleRow& a, const CycleRow& b) {
     return a.cycle > 0 && b.cycle > 0 && a.complexity_target == b.complexity_target && a.problem == b.problem &&
            a.error_of == b.error_of;
@@ -104,7 +102,7 @@ bool is_better(const CycleRow& a, const CycleRow& b, const config::Adaptation& a
     return a.misses.empty() != b.misses.empty() ? a.misses.empty() : *of_a < *of_b;
 }
 
-/// Expected error of a mesh, else its interpolation error. It bounds the boundary distance of the next mesh.
+/// Expected error, else the interpolation error. It bounds the boundary distance of the next mesh.
 ExpectedError expected_of(const CycleRow& row, const std::vector<double>& weights) {
     if (row.expected) return {*row.expected, weights};
     return {row.interpolated ? row.interpolated->l2 : 0, {}};
@@ -132,21 +130,21 @@ std::string settled_by_error(std::span<const CycleRow> rows, const config::Adapt
     };
     const auto now = least(last), before = least(last - cycles);
     if (!now || !before || *now < (1 - adapt.convergence_tolerance) * *before) return {};
-    return fmt::format("converged: the least error is {:.2e} after cycle {}, and was {:.2e} after cycle {}", *now,
+    return fmt::format("converged: the minimum error is {:.2e} after cycle {} and was {:.2e} after cycle {}", *now,
                        rows[last].cycle, *before, rows[last - cycles].cycle);
 }
 
 std::string settled_by_edges(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
-    // Fewer unit edges in the metric of the mesh's own solution mean that the cycles have not converged.
+    // With a smaller share of unit edges in the metric of the mesh's own solution, the cycles have not converged.
     constexpr double near_to_unit = 0.5, share = 0.2;
     const CycleRow &last = rows.back(), &before = rows[rows.size() - 2];
-    // The input of a cycle has the complexity of the cycle before.
+    // The input mesh of a cycle has the complexity of the previous cycle.
     if (before.cycle < 2 || static_cast<std::size_t>(before.cycle) <= adapt.complexity.size()) return {};
     if (last.unit_edges == 0 || last.unit_before > before.unit_before + share * adapt.convergence_tolerance) return {};
     if (last.unit_before < near_to_unit * last.unit_edges) return {};
     return fmt::format(
-        "converged: of unit length in their own solution's metric were {:.1f} % of the edges of cycle {}, "
-        "{:.1f} % of cycle {}",
+        "converged: measured in their own solution's metric, {:.1f} % of the edges of cycle {} have unit length, and "
+        "{:.1f} % of the edges of cycle {}",
         100 * before.unit_before, before.cycle - 1, 100 * last.unit_before, last.cycle - 1);
 }
 
@@ -216,8 +214,8 @@ config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFil
 Fit fit_of_cycle(int cycle, const InputDegree& required) {
     return [required, cycle](config::Pipeline pipeline, const AnyMesh& mesh) -> Outcome<config::Pipeline> {
         if (required.degree == 1 && plan_size(mesh).degree == 2)
-            return fail(ErrorKind::input, "the mesh is of degree 2, and one of degree 1 is asked for", {}, {},
-                        fmt::format("give the straight one, or leave {} out", required.option));
+            return fail(ErrorKind::input, "the mesh has degree 2, but degree 1 is required", {}, {},
+                        fmt::format("give the straight mesh, or remove {}", required.option));
         if (!is_curved(mesh)) return pipeline;
         if (cycle == 0 && !pipeline.stages.empty()) pipeline.stages = {config::Validate{}};
         std::erase_if(pipeline.stages, is_elevate);
@@ -274,8 +272,8 @@ Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow>
         set_complexity(pipeline, smaller);
         times.insert(times.end(), report.times.begin(), report.times.end());
         notices.push_back(
-            fmt::format("cycle {}: at complexity {:.0f} {} elements are not certified valid; tried again "
-                        "at {:.0f}",
+            fmt::format("cycle {}: at complexity {:.0f}, {} elements are not certified valid; the cycle is repeated at "
+                        "{:.0f}",
                         rows.size(), complexity, report.not_valid(), smaller));
     }
 }
@@ -298,21 +296,22 @@ Outcome<Done> check_cycles(const config::Pipeline& pipeline) {
     };
     const bool is_once = pipeline.adapt.cycles == 1;
     if (pipeline.output.partition > 0)
-        return refuse("parts are of a single run's mesh", "/output/partition",
-                      "bring the last mesh into parts: camber convert --partition");
+        return refuse("several cycles do not write a mesh in parts", "/output/partition",
+                      "split the final mesh with camber convert --partition");
     if (!uses_solver(pipeline) && !pipeline.solution.file.empty() && !is_once)
-        return refuse("is a solution on the first mesh alone", "/solution/file",
-                      "give \"adapt\": {\"cycles\": 1}, or \"solve\", a command that makes it anew on each mesh");
+        return refuse("is a solution on the first mesh only", "/solution/file",
+                      "set \"adapt\": {\"cycles\": 1}, or give \"solve\", a command that computes the solution on each "
+                      "mesh");
     for (const config::MetricOperation& operation : pipeline.metric_operations) {
         const auto* intersect = std::get_if<config::Intersect>(&operation);
         if (intersect != nullptr && is_of_files(intersect->metric) && !is_once)
-            return refuse("a metric's file is of the first mesh alone", "/metric_operations",
-                          "give \"adapt\": {\"cycles\": 1}, or a metric that is known everywhere");
+            return refuse("a metric file is known on the first mesh only", "/metric_operations",
+                          "set \"adapt\": {\"cycles\": 1}, or use a metric that is known everywhere");
     }
     const auto* outcome = std::get_if<config::SolutionMetric>(&pipeline.metric);
     if (outcome != nullptr && !outcome->intersect.empty() && !is_once)
-        return refuse("files of metrics are of the first mesh alone", "/metric/solution/intersect",
-                      "give \"adapt\": {\"cycles\": 1}, or sizes by reference");
+        return refuse("metric files are known on the first mesh only", "/metric/solution/intersect",
+                      "set \"adapt\": {\"cycles\": 1}, or use sizes by reference");
     return Done{};
 }
 
@@ -377,14 +376,14 @@ std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const c
     const CycleRow& row = rows[at];
     std::vector<std::string> notes;
     if (at + 1 < rows.size())
-        notes.push_back(
-            fmt::format("the result is the mesh of cycle {}: its error {:.2e} is the least of those that {}", row.cycle,
-                        *error_of_mesh(row, adapt), row.misses.empty() ? "are as required" : "were made"));
+        notes.push_back(fmt::format(
+            "the result is the mesh of cycle {}: its error {:.2e} is the smallest of the meshes that {}", row.cycle,
+            *error_of_mesh(row, adapt), row.misses.empty() ? "satisfy all requirements" : "were made"));
     if (row.boundary && row.boundary->by == DistanceBoundBy::expected_error &&
         row.boundary->reached > row.boundary->bound)
         notes.push_back(
-            fmt::format("the boundary of cycle {} is up to {:.2e} from its geometry, {:.2e} would change the solution "
-                        "by no more than its expected error: --geometry-error or a larger complexity brings it nearer",
+            fmt::format("the boundary of cycle {} is up to {:.2e} from its geometry; up to {:.2e} changes the solution "
+                        "by no more than its expected error. Use --geometry-error or a larger complexity",
                         row.cycle, row.boundary->reached, row.boundary->bound));
     if (at == 0 || !is_like(rows[at - 1], row)) return notes;
     const CycleRow& before = rows[at - 1];
@@ -393,7 +392,7 @@ std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const c
         notes.push_back(fmt::format("unit edges fell from {:.1f} % in cycle {} to {:.1f} % in cycle {}",
                                     100 * before.unit_edges, before.cycle, 100 * row.unit_edges, row.cycle));
     if (row.worst_quality < least_fall_of_quality * before.worst_quality)
-        notes.push_back(fmt::format("the least quality fell from {:.3f} in cycle {} to {:.3f} in cycle {}",
+        notes.push_back(fmt::format("the minimum quality fell from {:.3f} in cycle {} to {:.3f} in cycle {}",
                                     before.worst_quality, before.cycle, row.worst_quality, row.cycle));
     return notes;
 }

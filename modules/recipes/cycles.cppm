@@ -19,10 +19,9 @@ import :run;
 import :state;
 import :values;
 
-/// Cycles of a pipeline (config "adapt"): the runs of each cycle, and the table of cycles.
+/// Cycles of a pipeline (config "adapt"), and their table.
 export namespace camber::run {
 
-/// Names of a cycle's files in its folder.
 struct CycleFiles {
     std::string folder;
     std::string mesh, solution, guess;  ///< the mesh, the solver's solution on it, and its initial guess
@@ -37,31 +36,28 @@ struct CycleFiles {
 
 /// Stages of a cycle: remeshing, and for quadratic meshes also curving (for the solution if the metric is made for it).
 [[nodiscard]] config::Pipeline steps_of_cycles(int degree, const config::Metric& metric);
-/// Pipeline of the first mesh, on which the solver runs: the stages that preserve the topology; without a solver, none.
+/// The solver runs on the first mesh. Stages that preserve the topology make it; without a solver, none.
 [[nodiscard]] config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into);
-/// Pipeline that makes the mesh of a cycle (from 1) from the previous mesh.
 [[nodiscard]] config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
                                               const CycleFiles& before, const CycleFiles& into);
-/// Solver command of a cycle, with placeholders replaced.
 [[nodiscard]] std::vector<std::string> solver_command(const config::Adaptation& adapt, int cycle,
                                                       const CycleFiles& files);
 
 /// Adjusts a pipeline to its input mesh.
 using Fit = std::function<Outcome<config::Pipeline>(config::Pipeline, const AnyMesh&)>;
 
-/// Required degree of the input mesh.
 struct InputDegree {
     int degree = 0;                          ///< 0: any
     std::string_view option = "the degree";  ///< option that requires the degree, for errors
 };
-/// Adjusts the pipeline of a cycle: a curved mesh is not elevated, and a curved first mesh is validated without
-/// changes. Errors of the result (input): not the required degree.
+/// A curved mesh is not elevated; as first mesh it is validated without changes. Errors of the result (input): not the
+/// required degree.
 [[nodiscard]] Fit fit_of_cycle(int cycle, const InputDegree& required = {});
 
 /// Errors (usage): stages and options that cannot be repeated in cycles.
 [[nodiscard]] Outcome<Done> check_cycles(const config::Pipeline& pipeline);
 
-/// Error of a solution, or of the exact solution's interpolant, in the degree of the mesh.
+/// Error in the degree of the mesh.
 struct CycleError {
     double l2 = 0, h1 = 0;
 
@@ -108,13 +104,13 @@ struct CycleRow {
 
     static void fields(auto& s, auto& f) {
         f("cycle", s.cycle, "number of the cycle; 0: the first mesh");
-        f("unknowns", s.unknowns, "nodes in the degree of the interpolants");
-        f("elements", s.elements, "elements of the mesh");
-        f("problem", s.problem, "the exact solution and the solver's command");
+        f("unknowns", s.unknowns, "number of nodes in the degree of the interpolants");
+        f("elements", s.elements, "number of elements");
+        f("problem", s.problem, "exact solution and solver command");
         f("complexity_target", s.complexity_target, "requested complexity of the metric; 0: none");
         f("complexity", s.complexity, "complexity of the metric; 0: no metric");
-        f("unit_edges_before", s.unit_before, "share of unit edges of the mesh that the passes began with");
-        f("unit_edges", s.unit_edges, "share of unit edges of the mesh");
+        f("unit_edges_before", s.unit_before, "share of unit edges in the mesh before the passes");
+        f("unit_edges", s.unit_edges, "share of unit edges in the mesh");
         f("min_quality", s.worst_quality, "minimum quality of its elements");
         f("mean_quality", s.mean_quality, "mean quality of its elements");
         f("min_scaled_jacobian", s.smallest_jacobian, "minimum scaled Jacobian of its elements");
@@ -126,14 +122,14 @@ struct CycleRow {
         f("solve_seconds", s.solve_seconds, "elapsed time of the solver", unit("s"));
         f("error_of", s.error_of, "error that the metric is made for", shown_if(s.error_of != ErrorQuantity::values));
         f("valid", s.is_valid, "true if all elements are certified valid", shown_if(!s.is_valid));
-        f("misses", s.misses, "causes for which the mesh is not the requested one", unless_empty);
+        f("misses", s.misses, "reasons why the mesh is not the requested one", unless_empty);
     }
 };
 struct CycleRun {
     Run run;
     std::string miss;  ///< reports that the complexity is not the requested one; empty: it is
 };
-/// Row of a cycle's mesh, without the values of `add_errors`.
+/// The row lacks the values of `add_errors`.
 [[nodiscard]] CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& outcome);
 
 /// Adds to the row of a mesh:
@@ -146,20 +142,20 @@ struct CycleRun {
 [[nodiscard]] Outcome<Done> add_errors(CycleRow& row, const AnyMesh& mesh, std::span<const NamedField> solved,
                                        const config::Pipeline& pipeline, const Execution& execution);
 
-/// Runs the pipeline of a cycle with \p execute. While elements are not certified valid, repeats the run with a smaller
-/// complexity, at most three times. Each repetition goes halfway (in the logarithm) back to the previous complexity, or
-/// 10 % down if the two are close, and adds a notice. \p rows: earlier cycles. Errors: those of \p execute.
+/// Runs a cycle with \p execute. While elements are not certified valid, repeats it with a smaller complexity, at most
+/// three times: halfway (in the logarithm) to that of the cycle before, or 10 % less if the two are close. Each
+/// repetition adds a notice. \p rows: earlier cycles. Errors: those of \p execute.
 [[nodiscard]] Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
                                           const std::function<Outcome<Run>(const config::Pipeline&)>& execute);
 
-/// Error of a cycle's mesh. If the solution is known, that of its interpolant in L2, or in H1 if the metric is for
-/// gradients; otherwise the expected L2 error, if any.
+/// If the solution is known, the error of its interpolant in L2, or in H1 if the metric is for gradients; otherwise the
+/// expected L2 error, if any.
 [[nodiscard]] std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt);
-/// Index of the row whose mesh is the result: the last valid mesh (`result` "last"), or the valid mesh with the
-/// smallest error. That one has the last complexity and the same problem; meshes that miss a requirement come last.
+/// Row of the result: the last valid mesh (`result` "last"), or the valid mesh of the last complexity and problem with
+/// the smallest error. Meshes that miss a requirement come last.
 [[nodiscard]] std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
-/// Reason to stop (`convergence_tolerance`): the minimum error has not fallen, or, without errors, meshes come no
-/// closer to unit meshes in the metric of their own solution. Empty: more cycles are needed.
+/// Reason to stop: the minimum error has not fallen, or, without errors, meshes come no closer to unit meshes in the
+/// metric of their solution. Empty: more cycles are needed.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 /// Notes: the result is not the last mesh; its boundary is too far from the geometry; unit edges or the minimum quality
 /// fell.
@@ -167,14 +163,14 @@ struct CycleRun {
 
 // ---------------------------------------------------------------- the loop of cycles over a store and a solver
 
-/// A finished cycle. The fields are those of the solver, if it was called.
+/// Fields are those of the solver, if it was called.
 struct FinishedCycle {
     int cycle = 0;
     CycleFiles files = {};
     CycleRun cycle_run = {};
 };
 
-/// Storage of meshes, solutions and the table of cycles, by the names of their files.
+/// Stores meshes, solutions and the table by file names.
 class CycleStore {
   public:
     CycleStore() = default;
@@ -184,14 +180,12 @@ class CycleStore {
 
     [[nodiscard]] virtual std::vector<CycleRow> rows() const = 0;
     [[nodiscard]] virtual CycleFiles files(int cycle) const = 0;
-    /// Begins a cycle and returns the files to write.
     [[nodiscard]] virtual Outcome<CycleFiles> begin(int cycle) = 0;
-    /// Runs a pipeline on stored meshes and writes the files of the cycle. `fit`: applied if the input is not a stored
-    /// mesh.
+    /// Runs a pipeline on stored meshes, and writes the files. `fit`: applied if the input is not a stored mesh.
     [[nodiscard]] virtual Outcome<Run> run(const config::Pipeline& pipeline, const Fit& fit) = 0;
     /// Stores a finished cycle, whose row is the last of `rows`.
     [[nodiscard]] virtual Outcome<Done> add(FinishedCycle finished, std::span<const CycleRow> rows) = 0;
-    /// Makes the mesh of a stored cycle the result. Called when the result changes.
+    /// Called when the result changes.
     [[nodiscard]] virtual Outcome<Done> deliver(int cycle) = 0;
 };
 
@@ -208,25 +202,25 @@ struct SolverResult {
 };
 using CycleSolver = std::function<Outcome<SolverResult>(const SolverCall&)>;
 
-/// Receives the progress of cycles; each function may be empty.
+/// Functions may be empty.
 struct CycleListener {
     std::function<void(const Run&)> on_mesh = {};
-    /// Called with each row once its mesh is stored. An error ends the loop.
+    /// Called when the mesh of a row is stored. An error ends the loop.
     std::function<Outcome<Done>(const CycleRow&)> row_added = {};
 };
 
 struct EndedCycles {
     std::vector<CycleRow> rows;
-    std::size_t result = 0;          ///< index of the result's row
-    std::string reason;              ///< reason to stop early; empty: all cycles were run
+    std::size_t result = 0;
+    std::string reason;  ///< reason to stop early; empty: all cycles were run
     std::vector<std::string> notes;
 
     /// False: the last mesh has elements that are not certified valid, and the result is the previous mesh, if any.
     [[nodiscard]] bool is_valid() const { return rows.back().is_valid; }
 };
 
-/// Runs the cycles of a pipeline. `solver` computes the solution on each valid mesh; empty: the pipeline has the
-/// solution. Errors: those of check_cycles, the store, the solver, the listener and add_errors.
+/// `solver` is called on each valid mesh; empty: the pipeline has the solution. Errors: those of check_cycles, the
+/// store, the solver, the listener and add_errors.
 [[nodiscard]] Outcome<EndedCycles> adapt(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver,
                                          const CycleListener& listener, const InputDegree& required,
                                          const StepWrapper& around);
@@ -236,14 +230,14 @@ struct NamedValues {
     std::map<std::string, std::vector<NamedField>, std::less<>> solutions = {};
 };
 
-/// Runs a pipeline whose inputs are stored meshes and solutions, or those of the caller. `fit`: see CycleStore::run.
+/// `fit`: see CycleStore::run.
 using RunOnValues = std::function<Outcome<Run>(const config::Pipeline& pipeline, const Fit& fit, const NamedValues&)>;
 
 struct AdaptedValues {
     CycleRun result;
     EndedCycles cycles;
 };
-/// Runs the cycles of a pipeline in memory, each with \p run. Errors: those of adapt.
+/// Errors: those of adapt.
 [[nodiscard]] Outcome<AdaptedValues> adapt_values(const config::Pipeline& pipeline, const RunOnValues& run,
                                                   const CycleSolver& solver, const InputDegree& required,
                                                   const StepWrapper& around);
@@ -259,24 +253,24 @@ using MeshSolver = std::function<Outcome<std::vector<run::NamedField>>(
     const Mesh<D>& mesh, const std::vector<run::NamedField>& guess, int cycle)>;
 
 struct AdaptMeshOptions {
-    int degree = 2;                             ///< of the meshes: 1 or 2
+    int degree = 2;  ///< of the meshes: 1 or 2
     config::SolutionMetric metric = {};
     config::Adaptation cycles = {.cycles = 8};  ///< without files and commands
     config::Geometry geometry = config::Surrogate{};
-    run::GeometrySource geometry_source = {};  ///< CAD model or mesh of the geometry
+    run::GeometrySource geometry_source = {};
 };
 
 template <int D>
 struct AdaptedMesh {
     Mesh<D> mesh;
     std::vector<run::NamedField> solution;
-    run::Report report;                     ///< of the cycle that made the mesh
+    run::Report report;  ///< of the cycle that made the mesh
     run::EndedCycles cycles;
 };
 
-/// Adapts a mesh to a solution, as `camber adapt`. The solution is an expression of x, y and z, or a solver that is
-/// called on each mesh. Steps: those of the cycles' runs. The result may be invalid: see `report` and `cycles`. Errors:
-/// options out of range (usage), fields of other sizes than the mesh (input), those of the solver and of `run::adapt`.
+/// Adapts a mesh to a solution, as `camber adapt`. The solution is an expression of x, y and z, or a solver for each
+/// mesh. The result may be invalid: see `report` and `cycles`. Errors: options out of range (usage), fields of other
+/// sizes than the mesh (input), those of the solver and of `run::adapt`.
 template <int D>
 [[nodiscard]] Outcome<AdaptedMesh<D>> adapt_mesh(Mesh<D> mesh, const std::variant<std::string, MeshSolver<D>>& solution,
                                                  const AdaptMeshOptions& options, const StepWrapper& around);

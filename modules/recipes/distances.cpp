@@ -31,7 +31,6 @@ OneWayReport directed_report(const DirectedDistance<D>& way) {
             way.facet.valid() ? way.facet.index() + 1 : 0};
 }
 
-/// Adds the surfaces on both sides of a curve to the report.
 template <int D>
 void add_sides(const Geometry<D>& geometry, const GeometryEntity& entity, EntityReport& report) {
     std::vector<std::string_view> kinds;
@@ -51,7 +50,7 @@ std::string name_of(const config::Geometry& geometry, const std::vector<EntityRe
     if (std::holds_alternative<config::Analytic>(geometry)) return "analytic surfaces";
     if (const auto* other = std::get_if<config::FilePath>(&geometry)) return "boundary of " + other->path;
     const auto* const cad = std::get_if<config::Cad>(&geometry);
-    if (!cad) return "surrogate of the mesh's own vertices";
+    if (!cad) return "surrogate through the mesh's vertices";
     const auto has = [&](std::string_view kind) {
         return std::ranges::any_of(entities, [&](const EntityReport& e) { return e.kind == kind; });
     };

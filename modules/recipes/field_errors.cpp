@@ -84,7 +84,7 @@ Bins boundary_bins() {
     return {{1, 2, 3, 5, max_hops}, {"0: touches it", "1", "2", "3 or 4", "5 to 7", "8 and above"}};
 }
 
-/// Sums the errors of elements by bins of `kinds`, which has one value per element.
+/// `kinds`: one value per element.
 std::vector<ErrorBin> binned(const Bins& bins, std::span<const double> kinds, const InterpolationError& errors) {
     std::vector<ErrorBin> all;
     all.reserve(bins.ranges.size());
@@ -108,7 +108,6 @@ std::vector<ErrorBin> binned(const Bins& bins, std::span<const double> kinds, co
     return all;
 }
 
-/// Values by which elements are sorted into bins, one per element.
 struct ElementKinds {
     Buffer<double> curvature;        ///< largest |node − middle|/|chord| of its edges
     Buffer<double> scaled_jacobian;  ///< minimum over the element
@@ -183,7 +182,7 @@ template Outcome<std::vector<FieldErrors>> field_errors<3>(const QuadraticMesh<3
 
 namespace {
 
-/// Values at all nodes, vertices first. Values known only at vertices are linear along edges.
+/// Vertices come first. Values known only at vertices are linear along edges.
 template <int D>
 Buffer<double> at_nodes(const QuadraticMesh<D>& mesh, std::span<const double> values, int degree) {
     const std::size_t vertices = mesh.linear.points.size();
@@ -257,7 +256,7 @@ Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const Named
     const auto scalar = std::ranges::find(fields, 1, [](const NamedField& f) { return f.field.components; });
     if (scalar == fields.end())
         return fail(ErrorKind::input, "has no scalar field to compare with the exact solution", {}, {},
-                    "leave the exact solution out");
+                    "remove the exact solution");
     return error_of(mesh, scalar->field.values, scalar->field.degree, exact, execution);
 }
 
@@ -274,7 +273,6 @@ Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::span<
         mesh);
 }
 
-/// Adds errors with respect to a known exact solution.
 Outcome<Done> add_true_errors(CycleRow& row, const AnyMesh& mesh, int degree, std::span<const NamedField> solved,
                               const std::string& exact, const Execution& execution) {
     const auto interpolated = error_of_interpolant(mesh, degree, exact, execution);

@@ -14,12 +14,10 @@ import camber.core;
 import camber.interpolation;
 import camber.crossing;
 
-/// Descriptions of report fields. A report struct has one static function `fields(s, f)`, which calls f(key, value,
-/// meaning, traits...) for each field of s. The JSON reports, the full tables and the reference of keys are derived
-/// from it.
+/// Descriptions of report fields. The static function `fields(s, f)` of a report struct calls f(key, value, meaning,
+/// traits...) for each field of s. JSON reports, full tables and the reference of keys use it.
 export namespace camber::run {
 
-/// Condition for a field to appear in a report.
 enum class Presence : unsigned char {
     always,
     conditional,   ///< if a condition holds
@@ -74,7 +72,6 @@ struct FieldVisitor {
         (traits(field), ...);
         visit(field, std::forward<T>(value));
     }
-    /// Merges the fields of a member into those of the struct.
     template <class T, class... Traits>
     void merged(T&& value, Traits... traits) const {
         (*this)({}, std::forward<T>(value), {}, traits...);
@@ -91,7 +88,7 @@ concept DescribesItself = requires(S& s, const FieldVisitor<int>& f) { S::fields
 template <class S>
 concept HasFields = DescribesItself<S> || requires(S& s, const FieldVisitor<int>& f) { FieldsOf<S>::fields(s, f); };
 
-/// Calls visit(field, value) for each field of a struct, in order. The visitor may change members.
+/// Visits the fields of a struct in order; the visitor may change members.
 template <class S, class Visit>
     requires HasFields<std::remove_const_t<S>>
 void each_field(S& s, const Visit& visit) {
@@ -102,14 +99,14 @@ void each_field(S& s, const Visit& visit) {
         FieldsOf<std::remove_const_t<S>>::fields(s, f);
 }
 
-/// Calls visit(field, value) for a struct with default values, to describe its type.
+/// Visits the fields of a struct with default values.
 template <HasFields S, class Visit>
 void each_field_of(const Visit& visit) {
     const S s{};
     each_field(s, visit);
 }
 
-/// Kind of the reported mesh. Reports of standalone surface meshes omit some fields.
+/// Reports of standalone surface meshes omit some fields.
 enum class Reported : unsigned char { volume, surface };
 
 template <class T>
@@ -138,7 +135,7 @@ template <class T>
         return false;
 }
 
-/// Calls visit(field, value) for each field that the report shows, including merged fields.
+/// Visits the fields that the report shows, including merged ones.
 template <HasFields S, class Visit>
 void each_shown_field(const S& report, Reported of, const Visit& visit) {
     each_field(report, [&](const Field& field, const auto& value) {
@@ -181,19 +178,20 @@ struct FieldsOf<Group> {
 template <>
 struct FieldsOf<Crossings> {
     static void fields(auto& s, auto& f) {
-        f("pairs", s.pairs, "number of pairs of facets whose boxes meet");
-        f("crossing", s.crossing, "pairs that pass through each other ([crossing.md](algorithms/crossing.md))");
-        f("touching", s.touching, "pairs that touch");
-        f("undecided", s.undecided, "pairs that are too near to each other for a decision");
-        f("truncated", s.cut_short, "number of the undecided for which the limit of work was reached");
-        f("steps", s.steps, "work: number of pairs of parts of facets that were examined");
+        f("pairs", s.pairs, "number of pairs of facets with overlapping bounding boxes");
+        f("crossing", s.crossing,
+          "number of pairs that pass through each other ([crossing.md](algorithms/crossing.md))");
+        f("touching", s.touching, "number of pairs that touch");
+        f("undecided", s.undecided, "number of pairs that are too close for a certified answer");
+        f("truncated", s.cut_short, "number of undecided pairs for which the limit of work was reached");
+        f("steps", s.steps, "work: number of examined pairs of parts of facets");
     }
 };
 
 template <>
 struct FieldsOf<ErrorNorm> {
     static void fields(auto& s, auto& f) {
-        f("value", s.value, "the norm of the error", unit("field length^(D/2), by length"));
+        f("value", s.value, "norm of the error", unit("field length^(D/2), by length"));
         f("uncertainty", s.uncertainty, "relative error of that value", unit("1"));
         f("rounding", s.rounding, "value that rounding alone may cause", unit("that of the value"));
     }
@@ -209,7 +207,7 @@ template <>
 struct FieldsOf<Volumes> {
     static void fields(auto& s, auto& f) {
         f("straight", s.straight, "volume (2D: area) of the straight mesh", unit("length^D"));
-        f("curved", s.curved, "volume of the mesh as it is", unit("length^D"));
+        f("curved", s.curved, "volume (2D: area) of the mesh with its curves", unit("length^D"));
     }
 };
 
@@ -218,8 +216,8 @@ struct ErrorRatios {
     std::optional<double> l2, h1;
 
     static void fields(auto& s, auto& f) {
-        f("l2", s.l2, "of the L2 norms; null: one of them is 0 to rounding", unit("1"), or_null);
-        f("h1", s.h1, "of the H1 seminorms; null: likewise", unit("1"), or_null);
+        f("l2", s.l2, "ratio of the L2 norms; null: one of them is 0 to rounding", unit("1"), or_null);
+        f("h1", s.h1, "ratio of the H1 seminorms; null: one of them is 0 to rounding", unit("1"), or_null);
     }
 };
 [[nodiscard]] ErrorRatios ratios_of(const InterpolationError& errors);
@@ -228,17 +226,27 @@ template <>
 struct FieldsOf<InterpolationError> {
     static void fields(auto& s, auto& f) {
         f("linear", s.linear, "error of the interpolant of degree 1");
-        f("straight", s.straight, "of degree 2 with straight edges");
+        f("straight", s.straight, "error of the interpolant of degree 2 with straight edges");
         f("same_boundary", s.same_boundary,
-          "of degree 2, facets of the boundary and of interfaces with the mesh's nodes, all other edges straight; if "
-          "those facets are flat the same as `straight`");
-        f("curved", s.curved, "of degree 2 with the mesh's nodes (a mesh of degree 1: straight ones)");
-        f("compared_with", s.compared_with, "numerator of `ratio`: `straight`, or `same_boundary` if walls are curved");
-        f("ratio", ratios_of(s), "error of `compared_with` by `curved`: above 1 curved inner edges pay");
+          "error of the interpolant of degree 2 with the mesh's nodes on facets of the boundary and of interfaces; all "
+          "other edges are straight. If those facets are flat, equal to `straight`");
+        f("curved", s.curved,
+          "error of the interpolant of degree 2 with the mesh's nodes (mesh of degree 1: straight "
+          "edges)");
+        f("compared_with", s.compared_with,
+          "numerator of `ratio`: `straight`, or `same_boundary` if boundary facets "
+          "are curved");
+        f("ratio", ratios_of(s),
+          "error of `compared_with` divided by that of `curved`; above 1, curved inner edges "
+          "reduce the error");
         f("straight_inverted", s.straight_inverted,
-          "elements of `straight` with det J ≤ 0 at a point of the quadrature");
-        f("same_boundary_inverted", s.same_boundary_inverted, "the same of `same_boundary`, at nodes too");
-        f("curved_inverted", s.curved_inverted, "the same of `curved`");
+          "number of elements of `straight` with det J ≤ 0 at a quadrature point");
+        f("same_boundary_inverted", s.same_boundary_inverted,
+          "number of elements of `same_boundary` with det J ≤ 0 at "
+          "a quadrature point or node");
+        f("curved_inverted", s.curved_inverted,
+          "number of elements of `curved` with det J ≤ 0 at a quadrature point "
+          "or node");
         f("volume", s.volume, "volumes of the meshes");
         f("unresolved", s.unresolved, "number of elements whose quadrature did not converge");
         f("evaluations", s.evaluations, "number of evaluations of the field");

@@ -48,8 +48,8 @@ template <int D, class Solid, class Make>
 Outcome<AnalyticSurface<D>> make_solid(const std::vector<double>& point, const std::vector<double>& axis,
                                        const char* name, Make make) {
     if constexpr (D == 2) {
-        return fail(ErrorKind::usage, std::string("a ") + name + " is a surface in 3D, the mesh is in 2D", {}, {},
-                    "a circle is a \"sphere\" in 2D");
+        return fail(ErrorKind::usage, std::string("a ") + name + " is a surface in 3D, but the mesh is in 2D", {}, {},
+                    "use a \"sphere\" for a circle in 2D");
     } else {
         auto p = vec<3>(point, "the point or centre");
         if (!p) return fail(p.error());
@@ -89,8 +89,7 @@ AnalyticGeometry<D> joined(std::span<const AnalyticGeometry<D>> entries) {
     return all;
 }
 
-/// Index of the entry that causes the error: one that fails alone, else the first that fails together with those before
-/// it.
+/// Index of the entry that fails alone, else of the first that fails together with those before it.
 template <int D>
 std::size_t unfit_entry(const LinearMesh<D>& mesh, std::span<const AnalyticGeometry<D>> entries, const Error& error,
                         const Execution& execution) {
@@ -214,7 +213,6 @@ Outcome<Surrogate<D>> boundary_of_straight(const LinearMesh<D>& mesh, const Feat
     return build_surrogate(mesh, *edges, *features, SurrogateOptions{}, part_of(execution, 0.4, 1));
 }
 
-/// Surrogate of a mesh's boundary, with its curves if it has any.
 template <int D>
 Outcome<Surrogate<D>> boundary_of_curved(const QuadraticMesh<D>& mesh, const FeatureOptions<D>& features_by,
                                          const Execution& execution) {
@@ -249,9 +247,10 @@ Outcome<Done> check_references(const Surrogate<D>& surrogate, const LinearMesh<D
     known.erase(std::ranges::unique(known).begin(), known.end());
     for (const Reference reference : mesh.facets.references)
         if (!std::ranges::binary_search(known, reference))
-            return fail(ErrorKind::usage,
-                        fmt::format("no boundary {} of that mesh has reference {}", simplex_name<D - 1>, reference),
-                        where, {}, "give a mesh whose boundary has the references of this one");
+            return fail(
+                ErrorKind::usage,
+                fmt::format("no boundary {} of the geometry's mesh has reference {}", simplex_name<D - 1>, reference),
+                where, {}, "give a mesh whose boundary has all references of the input mesh");
     return Done{};
 }
 
@@ -301,11 +300,11 @@ Outcome<Done> check_fit(const Geometry<D>& geometry, const Surrogate<D>& surroga
     const auto worst = fit->refused();
     if (!worst) return Done{};
     return fail(ErrorKind::input,
-                fmt::format("is {:.3g} away from the boundary of the geometry's mesh, where 10 % of the length of the "
-                            "edges there, {:.3g}, is the most, but for few vertices",
+                fmt::format("is {:.3g} away from the boundary of the geometry's mesh. The limit is 10 % of the length "
+                            "of the edges there, {:.3g}, except for a few vertices",
                             worst->distance, worst->allowed),
                 where, Entity{"vertex", worst->vertex.index() + 1},
-                "no other is farther; give a mesh of the same body, in the same place and units");
+                "no other vertex is farther; give a mesh of the same body with the same position and units");
 }
 
 }  // namespace
@@ -316,8 +315,9 @@ Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions
     return std::visit(
         [&]<int Other>(const Mesh<Other>& of) -> Outcome<Geometry<D>> {
             if constexpr (Other != D) {
-                return fail(ErrorKind::usage, fmt::format("is a mesh in {}D, the one to curve in {}D", Other, D), where,
-                            {}, "give one of the same dimension");
+                return fail(ErrorKind::usage,
+                            fmt::format("is a mesh in {}D, but the mesh to curve is in {}D", Other, D), where, {},
+                            "give a mesh of the same dimension");
             } else {
                 auto surrogate = boundary_of<D>(of, features_by, part_of(execution, 0, 0.8));
                 if (!surrogate) return fail(surrogate.error());
@@ -380,7 +380,6 @@ auto small_facets() {
 Vec<2> normal_of(const std::array<Vec<2>, 2>& c) { return normalised(Vec<2>{{c[1][1] - c[0][1], c[0][0] - c[1][0]}}); }
 Vec<3> normal_of(const std::array<Vec<3>, 3>& c) { return normalised(cross(c[1] - c[0], c[2] - c[0])); }
 
-/// Samples points and normals of the surface over one facet.
 template <int D>
 void sample(const Geometry<D>& geometry, const FacetSite<D>& site, std::span<Vec<D>> points,
             std::span<Vec<D>> normals) {

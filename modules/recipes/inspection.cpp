@@ -31,17 +31,17 @@ namespace {
 
 std::string_view text_of(GeometryWarning what) {
     switch (what) {
-        case GeometryWarning::near_ridge: return "turns that are nearly ridges";
-        case GeometryWarning::mild_ridge: return "ridges by their angle alone, hardly more than asked for";
+        case GeometryWarning::near_ridge: return "angles slightly below the ridge angle";
+        case GeometryWarning::mild_ridge: return "ridges whose angle is only slightly above the ridge angle";
         case GeometryWarning::knife_edge: return "knife edges: facets that nearly lie on each other";
         case GeometryWarning::tip: return "tips: all facets of a vertex are steep to its normal";
-        case GeometryWarning::spread_normals: return "vertices whose facets' normals spread";
-        case GeometryWarning::turned_facet: return "facets whose own normal is far from those of their vertices";
+        case GeometryWarning::spread_normals: return "vertices whose facets have very different normals";
+        case GeometryWarning::turned_facet: return "facets whose normal differs much from those of their vertices";
     }
     return {};
 }
 
-/// A quadratic mesh. Its boundary is determined if the file lists none.
+/// The boundary is determined if the file lists none.
 template <int D>
 struct QuadraticInput {
     QuadraticMesh<D> mesh;
@@ -174,7 +174,7 @@ class Inspector {
         geometry_.emplace(std::move(result->geometry));
         report_.cad = result->cad;
         if (result->fit_error)
-            report_.notices.push_back("the mesh does not belong to the CAD model: " + describe(*result->fit_error));
+            report_.notices.push_back("the mesh does not fit the CAD model: " + describe(*result->fit_error));
         if (compared_.surface == InspectedSurface::lattice) {
             auto shown = surface_mesh(mesh_, features_, *geometry_, without_progress(execution));
             if (!shown) return fail(shown.error());
@@ -203,7 +203,7 @@ class Inspector {
             64);
         if (!fits) return fail(fits.error());
         PlacesReport ambiguous{
-            fmt::format("facets that another {} of the CAD model fits nearly as well", entity), 0, {}};
+            fmt::format("facets that another {} of the CAD model fits almost equally well", entity), 0, {}};
         constexpr auto cad_entities = D == 2 ? &PatchReport::cad_edges : &PatchReport::cad_faces;
         for (PatchReport& patch : report_.patches) (patch.*cad_entities).emplace();
         for (std::size_t f = 0; f < fits->size(); ++f) {
@@ -221,7 +221,7 @@ class Inspector {
             for (const Vec<D>& corner : site.corners) middle += corner;
             PlaceReport place{at(mesh_.linear.facets.vertices[f], middle / D, facets), (*fits)[f].fit_error, {}};
             place.text =
-                fmt::format("{} {}: on {} {}, which misses it by {:.4g}, the next by {:.4g}", facet,
+                fmt::format("{} {}: on {} {} with misfit {:.4g}; the next best has {:.4g}", facet,
                             fmt::join(place.at.vertices, "-"), entity, face, (*fits)[f].fit_error, (*fits)[f].other);
             ambiguous.worst.push_back(std::move(place));
         }
@@ -280,7 +280,8 @@ Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& ge
     if (!found) return found;
     for (Notice& notice : mesh.notices) found->report.notices.push_back(std::move(notice.what));
     if (!found->report.is_listed)
-        found->report.notices.emplace_back("the file lists no boundary: it was found, and its facets have no numbers");
+        found->report.notices.emplace_back(
+            "the file lists no boundary: it was computed, and its facets have no numbers");
     return found;
 }
 

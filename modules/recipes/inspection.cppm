@@ -29,10 +29,10 @@ struct InspectOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = InspectOptions;
         return std::tuple(
-            option("ridge_angle", &S::ridge_angle, "facets that meet at more than this angle (degrees) make a ridge")
+            option("ridge_angle", &S::ridge_angle, "angle (degrees) above which two facets form a ridge")
                 .above(0)
                 .at_most(180),
-            option("worst", &S::worst, "how many patches, ridges and suspicious places of a kind to show")
+            option("worst", &S::worst, "number of patches, ridges and suspicious places of each kind to show")
                 .at_least(0)
                 .at_most(1000000));
     }
@@ -44,20 +44,19 @@ struct HingeReport {
     std::vector<std::size_t> facets;
 
     static void fields(auto& s, auto& f) {
-        f("vertices", s.vertices, "its vertices, as the file numbers them");
+        f("vertices", s.vertices, "its vertices, with the numbers of the file");
         f("point", s.point, "its centre", unit("length"));
         f("facets", s.facets, "facets there, from 1");
     }
 };
 
-/// Boundary edges of one kind: their number, and the first of them.
 struct HingesReport {
     std::size_t count = 0;
     std::vector<HingeReport> first;
 
     static void fields(auto& s, auto& f) {
         f("count", s.count, "number of them");
-        f("first", s.first, "the first of them, as many as `--worst`");
+        f("first", s.first, "first of them, at most `--worst`");
     }
 };
 
@@ -69,12 +68,11 @@ struct PlaceReport {
 
     static void fields(auto& s, auto& f) {
         f.merged(s.at);
-        f("value", s.value, "the angle; of `ambiguous_facet` the misfit of the best face", unit("degrees; length"));
-        f("text", s.text, "the place and its value in words");
+        f("value", s.value, "angle; for `ambiguous_facet` the misfit of the best face", unit("degrees; length"));
+        f("text", s.text, "place and value in words");
     }
 };
 
-/// Suspicious places of one kind: their number, and the worst of them.
 struct PlacesReport {
     std::string text;
     std::size_t count = 0;
@@ -83,7 +81,7 @@ struct PlacesReport {
     static void fields(auto& s, auto& f) {
         f("count", s.count, "number of them");
         f("text", s.text, "description of the kind");
-        f("worst", s.worst, "the worst of them, as many as `--worst`");
+        f("worst", s.worst, "worst of them, at most `--worst`");
     }
 };
 
@@ -95,12 +93,12 @@ struct PatchReport : PatchFacts {
         f("patch", s.number, "its number, from 1");
         f("references", s.references, "references of its facets");
         f("facets", s.facets, "number of its facets");
-        f("interface_facets", s.interface_facets, "number of those with elements on both sides");
+        f("interface_facets", s.interface_facets, "number of its facets with elements on both sides");
         f("area", s.area, "area (2D: length) of its straight facets", unit("length^(D−1)"));
-        f("size", s.size, "diagonal of their box", unit("length"));
-        f("flat", s.is_flat, "true: it is in one plane (2D: on one line) to 1e-12 of its size");
-        f("cad_faces", s.cad_faces, "with a CAD model: faces of the model that its facets lie on, from 1");
-        f("cad_edges", s.cad_edges, "the same in 2D: edges of the model");
+        f("size", s.size, "diagonal of the bounding box of its facets", unit("length"));
+        f("flat", s.is_flat, "true: it lies in one plane (2D: on one line) up to 1e-12 of its size");
+        f("cad_faces", s.cad_faces, "with a CAD model: faces of the model on which its facets lie, from 1");
+        f("cad_edges", s.cad_edges, "with a CAD model in 2D: edges of the model on which its facets lie, from 1");
     }
 };
 
@@ -109,7 +107,7 @@ struct RidgeReport : CurveFacts {
 
     static void fields(auto& s, auto& f) {
         f("ridge", s.number, "its number, from 1");
-        f("references", s.references, "references of the facets beside it");
+        f("references", s.references, "references of the adjacent facets");
         f("edges", s.edges, "number of its edges");
         f("length", s.length, "length of its straight edges", unit("length"));
         f("min_turn", s.min_turn, "smallest angle between its facets", unit("degrees"));
@@ -122,7 +120,7 @@ struct CornerReport {
     std::vector<double> point;
 
     static void fields(auto& s, auto& f) {
-        f("vertex", s.vertex, "its vertex, as the file numbers it");
+        f("vertex", s.vertex, "its vertex, with the number of the file");
         f("point", s.point, "its position", unit("length"));
     }
 };
@@ -139,35 +137,34 @@ struct GeometryReport {
     std::vector<std::pair<std::string, PlacesReport>> warnings;
     std::optional<CadReport> cad;
     std::optional<DistancesReport> distances;
-    std::size_t worst = 0;  ///< number of patches and ridges that a table shows
+    std::size_t worst = 0;
     std::vector<std::string> notices;
 
     static void fields(auto& s, auto& f) {
         f.merged(s.mesh, without({"nodes", "feature_edges", "standalone_surface"}));
-        f("boundary_is_listed", s.is_listed, "false: the file has no facets; they were found, and have no numbers");
-        f("ridge_angle", s.ridge_angle, "angle above which facets make a ridge", unit("degrees"));
+        f("boundary_is_listed", s.is_listed, "false: the file lists no facets; they were computed and have no numbers");
+        f("ridge_angle", s.ridge_angle, "angle above which two facets form a ridge", unit("degrees"));
         f("patches", s.patches, "smooth pieces of the boundary (2D: curves)");
         f("ridges", s.ridges, "chains of ridge edges between corners (3D)");
         f("corners", s.corners, "corners of the boundary");
         f("smooth_listed_edges", s.smooth_listed_edges, "number of edges that the file lists and that are no ridges");
         f("interface_facets", s.interface_facets, "number of facets with elements on both sides");
         f("isolated_facets", s.isolated_facets,
-          "number of facets with elements on neither side, where there are elements");
-        f("open_edges", s.open, "edges (2D: vertices) of one facet");
-        f("non_manifold_edges", s.crowded, "edges (2D: vertices) of more than two facets");
-        f("misoriented_facets", s.turned, "edges between two facets that are turned to different sides");
+          "number of facets without elements on either side, if the mesh has elements");
+        f("open_edges", s.open, "edges (2D: vertices) with only one facet");
+        f("non_manifold_edges", s.crowded, "edges (2D: vertices) with more than two facets");
+        f("misoriented_facets", s.turned, "edges between two facets of opposite orientation");
         f("suspicious", s.warnings,
           "suspicious places by kind: `near_ridge`, `mild_ridge`, `knife_edge`, `tip`, `spread_normals`, "
           "`turned_facet`; with a CAD model `ambiguous_facet`");
         f("cad", s.cad, "with a CAD model: relation to it");
         f("geometry", (s.distances ? std::optional(s.distances->geometry) : std::nullopt),
-          "the geometry that distances are from, in words");
-        f("distances", s.distances, "distances both ways, by entity");
-        f("notices", s.notices, "notes on the input, a sentence each");
+          "geometry of the distances, in words");
+        f("distances", s.distances, "distances in both directions, by entity");
+        f("notices", s.notices, "notes on the input, one sentence each");
     }
 };
 
-/// Surface mesh that is made in addition to the report.
 enum class InspectedSurface { none, lattice };
 
 struct ComparedGeometry {
@@ -222,13 +219,14 @@ struct MeshInfo {
         f("dimension", s.dimension, "2 or 3");
         f("degree", s.degree, "degree of the elements");
         f("vertices", s.vertices, "number of vertices");
-        f("box", s.box, "lowest and highest coordinates of the vertices", unit("length"));
+        f("box", s.box, "minimum and maximum coordinates of the vertices", unit("length"));
         f("tetrahedra", s.tetrahedra, "3D: number of tetrahedra", shown_if(s.dimension == 3));
-        f("tetrahedra_by_reference", s.tetrahedra_by_reference, "the same by reference", shown_if(s.dimension == 3));
+        f("tetrahedra_by_reference", s.tetrahedra_by_reference, "their numbers by reference",
+          shown_if(s.dimension == 3));
         f("triangles", s.triangles, "number of triangles");
-        f("triangles_by_reference", s.triangles_by_reference, "the same by reference");
+        f("triangles_by_reference", s.triangles_by_reference, "their numbers by reference");
         f("edges", s.edges, "number of listed edges");
-        f("edges_by_reference", s.edges_by_reference, "the same by reference");
+        f("edges_by_reference", s.edges_by_reference, "their numbers by reference");
         f("ridges", s.ridges, "number of ridges");
         f("corners", s.corners, "number of corners");
         f("required_vertices", s.required_vertices, "number of required vertices");
@@ -237,14 +235,14 @@ struct MeshInfo {
         f("groups", s.groups, "names of references", unless_empty);
         f("normals", s.normals, "number of normals");
         f("tangents", s.tangents, "number of tangents");
-        f("empty", s.is_empty, "true: neither elements nor facets");
+        f("empty", s.is_empty, "true: the mesh has neither elements nor facets");
         f("mid_nodes", s.mid_nodes, "degree 2: number of nodes of edges", shown_if(s.degree == 2));
-        f("not_held", s.unsupported_cells, "number of cells of kinds that are not read", unless_empty);
-        f("split", s.split, "a way to convert these", unless_empty);
+        f("not_held", s.unsupported_cells, "number of cells of unsupported kinds", unless_empty);
+        f("split", s.split, "advice for converting these cells", unless_empty);
         f("fields", s.mesh_fields, "fields of the file", unless_empty);
-        f("written_in_dimension", s.written_in_dimension, "of a flat mesh in space: 3");
-        f("z", s.z, "of a flat mesh in space: its third coordinate", unit("length"));
-        f("notices", s.notices, "notes on the input, a sentence each");
+        f("written_in_dimension", s.written_in_dimension, "flat mesh in space: 3");
+        f("z", s.z, "flat mesh in space: its third coordinate", unit("length"));
+        f("notices", s.notices, "notes on the input, one sentence each");
     }
 };
 [[nodiscard]] MeshInfo mesh_info(const DecodedMesh& mesh);
@@ -259,7 +257,7 @@ struct SolutionInfo {
         f("dimension", s.dimension, "2 or 3");
         f("vertices", s.vertices, "number of rows");
         f("fields", s.kinds, "kinds of the fields");
-        f("notices", s.notices, "notes on the input, a sentence each");
+        f("notices", s.notices, "notes on the input, one sentence each");
     }
 };
 [[nodiscard]] SolutionInfo solution_info(const DecodedSolution& solution);

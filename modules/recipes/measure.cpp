@@ -24,7 +24,6 @@ namespace camber::run {
 
 namespace {
 
-/// Mid nodes of the straight mesh.
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, const Execution& execution) {
     return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
@@ -72,7 +71,6 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& proposed_mesh, const Sta
     return Done{};
 }
 
-/// Measures distances of the final mesh in both directions and by entity.
 template <int D>
 Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, BoundaryReport& report,
                                 const Execution& execution) {
@@ -89,7 +87,7 @@ Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, B
     return Done{};
 }
 
-/// Number of crossing pairs in the input. Passes count them before they change the mesh.
+/// Passes count them before they change the mesh.
 template <int D>
 Outcome<std::size_t> crossings_of_input(const QuadraticMesh<D>& proposed_mesh, const State<D>& state,
                                         const Execution& execution) {
@@ -99,7 +97,6 @@ Outcome<std::size_t> crossings_of_input(const QuadraticMesh<D>& proposed_mesh, c
     return find_crossings(*specified, execution).map([](const Crossings& found) { return found.crossing; });
 }
 
-/// Reports facets of the final mesh that cross.
 template <int D>
 Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& proposed_mesh, const Crossings& found, const State<D>& state,
                                    const Execution& execution) {
@@ -116,7 +113,7 @@ Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& proposed_mesh, const 
     return report;
 }
 
-/// The same for a straight mesh; none unless passes made it.
+/// None unless passes made the mesh.
 template <int D>
 std::optional<WallsReport> measure_walls(const LinearMesh<D>& mesh, const Crossings& found, const State<D>& state) {
     if (!state.crossings_of_input || state.rows) return std::nullopt;
@@ -129,12 +126,11 @@ std::optional<WallsReport> measure_walls(const LinearMesh<D>& mesh, const Crossi
     return report;
 }
 
-/// Progress of `measure_end` after each of its loops, as a share of its time.
+/// Shares of time until the end of each loop.
 struct Shares {
     double distances = 0, lengths = 0, all = 0;
 };
 
-/// Final lengths of all edges of a standalone surface mesh.
 template <int D>
 Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                      const CurvingTarget<D>& target, const BackMesh<D>& field,
@@ -144,7 +140,7 @@ Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposa
     return edge_lengths({mesh.edges, target.shells}, all, field, measured_edges, execution);
 }
 
-/// Final measurements. `lengths`, for output fields: after correction, relative to the corrected chords.
+/// `lengths`, for output fields: after correction, relative to the corrected chords.
 template <int D>
 struct Measured {
     std::optional<EdgeLengths> lengths = {};
@@ -295,7 +291,6 @@ Outcome<Done> measure_deviation(const EndBoundary<D>& end, const BoundaryToleran
     return Done{};
 }
 
-/// Measures the boundary against its geometry and the required distances.
 template <int D>
 Outcome<Done> measure_boundary(const Runner<D>& run, BoundaryReport& report, const Execution& execution) {
     const auto [bounds, are_required] = bounded_distances(run);
@@ -354,7 +349,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     Report& report = run.report;
     const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
     if (end && end->planned() && (!report.committed || end->has_uncommitted()))
-        run.note("planned nodes were not committed: no stage \"commit\" after them");
+        run.note("planned nodes were not committed: no stage \"commit\" follows");
     auto result = run.step("measure", [&](const Execution& e) { return measured_result(run, e); });
     if (!result) return fail(result.error());
     if (report.curve) {
@@ -371,7 +366,6 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
 
 namespace {
 
-/// Values of volume edges; below, values of edges with known lengths.
 std::vector<double> of_volume(std::span<const double> values, const Column<EdgeKind>& kinds) {
     std::vector<double> selected;
     selected.reserve(values.size());

@@ -33,8 +33,7 @@ enum class Quantity : std::uint8_t {
     curved_metric_quality
 };
 inline constexpr std::size_t quantity_count = 9;
-inline constexpr std::size_t run_quantity_count =
-    4;  ///< the first ones are of runs, the others of checked meshes
+inline constexpr std::size_t run_quantity_count = 4;  ///< the first quantities are of runs, the others of checks
 
 struct QuantityInfo {
     Quantity quantity;
@@ -54,7 +53,6 @@ struct QuantityInfo {
 ///   0.005, 0.02, and 0.05, 0.1 … 1.
 [[nodiscard]] std::vector<double> limits_of(Quantity quantity);
 
-/// Smallest and largest value, for the open bins at the ends.
 struct Extremes {
     double least = 0, greatest = 0;
     friend bool operator==(const Extremes&, const Extremes&) = default;
@@ -66,7 +64,7 @@ struct Extremes {
 struct Series {
     std::string name;  ///< "straight", "before", "after" (correction), "count"
     std::vector<std::size_t> counts;
-    double mean = 0;                   ///< of the finite values; 0: none
+    double mean = 0;  ///< of the finite values; 0: none
     std::optional<Extremes> extremes;
     std::size_t not_numbers = 0;
     friend bool operator==(const Series&, const Series&) = default;
@@ -85,7 +83,6 @@ struct Histogram {
 
 // ---------------------------------------------------------------- distances of a boundary from its geometry
 
-/// Distance in one direction (see DirectedDistance).
 struct OneWayReport {
     std::size_t samples = 0;
     double largest = 0, mean = 0;
@@ -93,12 +90,12 @@ struct OneWayReport {
     std::size_t facet = 0;  ///< from 1; 0: none
 
     static void fields(auto& s, auto& f) {
-        f("samples", s.samples, "number of sampled points; 0: not measured, and no other key");
+        f("samples", s.samples, "number of sampled points; 0: not measured, without other keys");
         f("largest", s.largest, "largest distance", unit("length"), shown_if(s.samples > 0));
         f("mean", s.mean, "mean distance", unit("length"), shown_if(s.samples > 0));
-        f("from", s.from, "the point where the distance is largest", unit("length"), shown_if(s.samples > 0));
-        f("to", s.to, "its nearest point on the other side", unit("length"), shown_if(s.samples > 0));
-        f("facet", s.facet, "the facet there, from 1; 0: none", shown_if(s.samples > 0));
+        f("from", s.from, "point with the largest distance", unit("length"), shown_if(s.samples > 0));
+        f("to", s.to, "nearest point on the other side", unit("length"), shown_if(s.samples > 0));
+        f("facet", s.facet, "facet at that point, from 1; 0: none", shown_if(s.samples > 0));
     }
 };
 
@@ -116,17 +113,17 @@ struct EntityReport {
 
     static void fields(auto& s, auto& f) {
         f("kind", s.kind,
-          "`face` and `edge` of a CAD model, `patch` and `ridge` of a surrogate, `surface` and `curve` of analytic "
-          "surfaces, in 2D `curve`; `none`: facets without a surface");
+          "`face` and `edge`: of a CAD model; `patch` and `ridge`: of a surrogate; `surface` and `curve`: of analytic "
+          "surfaces (2D: `curve`); `none`: facets without a surface");
         f("number", s.number, "its number in its geometry, from 1; 0: none");
-        f("sides", s.sides, "of a curve: numbers of the surfaces beside it", unless_empty);
-        f("side_geometries", s.beside, "of a curve between surfaces of two geometries: their names", unless_empty);
-        f("flat", s.is_flat, "true: a plane (2D: a line) with facets");
-        f("references", s.references, "references of the facets on it (of a curve: beside it)");
-        f("pieces", s.pieces, "number of these facets (of a curve: of edges)");
-        f("measure", s.measure, "area of these facets (of a curve: length) when straight", unit("length^(D−1)"));
-        f("to_geometry", s.to_geometry, "distances of this entity's facets");
-        f("to_boundary", s.to_boundary, "distances from this entity");
+        f("sides", s.sides, "curve: numbers of the adjacent surfaces", unless_empty);
+        f("side_geometries", s.beside, "curve between surfaces of two geometries: their names", unless_empty);
+        f("flat", s.is_flat, "true: a plane (2D: a line) that has facets");
+        f("references", s.references, "references of the facets on it (curve: next to it)");
+        f("pieces", s.pieces, "number of these facets (curve: of edges)");
+        f("measure", s.measure, "area of these facets (curve: length) with straight edges", unit("length^(D−1)"));
+        f("to_geometry", s.to_geometry, "distances of its facets from the geometry");
+        f("to_boundary", s.to_boundary, "distances of this entity from the boundary");
     }
 };
 
@@ -139,13 +136,14 @@ struct DistancesReport {
     std::vector<EntityReport> entities;
 
     static void fields(auto& s, auto& f) {
-        f("to_geometry", s.to_geometry, "from points of the curved boundary ([distances.md](algorithms/distances.md))");
-        f("to_boundary", s.to_boundary, "from points of the geometry");
+        f("to_geometry", s.to_geometry,
+          "distances of points of the curved boundary from the geometry "
+          "([distances.md](algorithms/distances.md))");
+        f("to_boundary", s.to_boundary, "distances of points of the geometry from the boundary");
         f("entities", s.entities, "one entry for each entity of the geometry");
     }
 };
 
-/// Entities have the names of their geometry, which is named as in the config.
 template <int D>
 [[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
                                                const config::Geometry& config);
@@ -173,32 +171,33 @@ struct SolutionMetricReport {
         f("requested_complexity", s.requested, "requested complexity", unit("1"));
         f("complexity", s.complexity, "complexity of the metric", unit("1"));
         f("elements_expected", s.elements, "expected number of elements");
-        f("fixed_complexity", s.fixed_complexity, "complexity of sizes, geometry, other metrics and bounds alone",
+        f("fixed_complexity", s.fixed_complexity,
+          "complexity that sizes, geometry, other metrics and bounds require "
+          "without the solution",
           unit("1"));
         f("is_fixed_sufficient", s.is_fixed_sufficient,
-          "true: these alone reach the requested complexity; the solution has no influence");
+          "true: `fixed_complexity` reaches the requested complexity, and the solution has no influence");
         f("is_reached", s.is_reached, "true: the requested complexity is reached to 10⁻³");
         f("is_graded", s.is_graded, "true: the gradation converged");
-        f("evaluations", s.evaluations, "number of complexities that were tried");
+        f("evaluations", s.evaluations, "number of evaluated complexities");
         f("gradations", s.gradations, "number of gradations");
         f("largest_anisotropy", s.largest_anisotropy, "largest ratio of the longest to the shortest size", unit("1"));
         f("at_min_size", s.at_min, "share of the vertices with a size at the lower bound", unit("1"));
         f("at_max_size", s.at_max, "share of the vertices with a size at the upper bound", unit("1"));
         f("rows", s.rows, "number of recovered derivatives: one for each vertex and material");
-        f("from_inner_fits", s.from_inner_fits, "number of those of the boundary taken from inner ones");
-        f("lower_degree", s.lower_degree, "number of those of a lower degree, for lack of nodes");
+        f("from_inner_fits", s.from_inner_fits, "number of these on the boundary that were taken from the interior");
+        f("lower_degree", s.lower_degree, "number of these with a lower degree, for lack of nodes");
         f("zero_models", s.zero_models, "number of places without derivatives");
         f("bounded_models", s.floored_models, "number of error models whose anisotropy was bounded");
     }
 };
 
-/// Integrals of a field, one per material and component.
 struct IntegralReport {
     double largest = 0, largest_change = 0;
 
     static void fields(auto& s, auto& f) {
         f("largest", s.largest, "largest integral of a material and component before the transfer");
-        f("largest_change", s.largest_change, "largest change of one");
+        f("largest_change", s.largest_change, "largest change of such an integral");
     }
 };
 
@@ -211,32 +210,31 @@ struct TransferReport {
     static void fields(auto& s, auto& f) {
         f("method", s.method, "`interpolate` or `conserve`");
         f("fields", s.names, "names of the fields");
-        f("unchanged", s.statistics.preserved, "number of nodes with the same values to the bit");
+        f("unchanged", s.statistics.preserved, "number of nodes with identical values, to the last bit");
         f("interpolated", s.statistics.interpolated, "number of nodes inside the old mesh");
         f("outside", s.statistics.outside, "number of nodes outside the old mesh");
-        f("largest_distance", s.statistics.largest_distance, "largest distance of such a node from it", unit("length"));
+        f("largest_distance", s.statistics.largest_distance, "largest distance of such a node from the old mesh",
+          unit("length"));
         f("projected", s.statistics.projected, "`conserve`: number of nodes with projected values");
         f("changed_elements", s.statistics.changed_elements,
           "`conserve`: number of elements that the old mesh does not have");
-        f("patches", s.statistics.patches, "`conserve`: number of their connected patches");
+        f("patches", s.statistics.patches, "`conserve`: number of connected patches of these elements");
         f("redistributed", s.statistics.spread,
-          "`conserve`: number of parts of patches whose integral other nodes preserve");
+          "`conserve`: number of parts of patches whose integral is preserved by other nodes");
         f("unconserved_materials", s.statistics.unconserved_materials,
-          "`conserve`: number of materials without a node for that");
-        f("integrals", s.integrals(), "of each field");
+          "`conserve`: number of materials without a node that preserves their integral");
+        f("integrals", s.integrals(), "integrals of each field");
     }
 };
 
-/// Requests that the metric does not satisfy, a sentence each.
 [[nodiscard]] std::vector<std::string> solution_metric_notices(const SolutionMetricReport& report);
 
 // ---------------------------------------------------------------- memory
 
-/// Estimated peak resident memory (bytes) of a run (elevate, curve, validate, relax, commit): a constant, plus an
-/// amount per vertex and per element. It is fitted to peaks of runs with curved walls and a field that moves with them:
-/// shells with layers of 2.7·10⁵, 10⁶ and 5·10⁶ tetrahedra, annuli of 3·10⁵ and 3·10⁶ triangles. Its errors there are
-/// −7 % to +7 %. The objective `shape` needs 10 to 20 % less, a run without moving walls 20 % less. The result
-/// saturates. Mesh generation, and fields in a VTU file, need additional memory.
+/// Estimated peak resident memory (bytes) of elevate, curve, validate, relax and commit. It is fitted to runs with
+/// curved walls and a field that moves with them: shells with layers of 2.7·10⁵, 10⁶ and 5·10⁶ tetrahedra, annuli of
+/// 3·10⁵ and 3·10⁶ triangles. Errors are −7 % to +7 %. The objective `shape` needs 10 to 20 % less, a run without
+/// moving walls 20 % less. The result saturates. Mesh generation, and fields in a VTU file, need additional memory.
 [[nodiscard]] constexpr std::size_t estimated_peak_bytes(std::size_t vertices, std::size_t elements, int dimension) {
     const double program = 10.5e6;
     const double a_vertex = dimension == 2 ? 300 : 1000;
@@ -247,28 +245,25 @@ struct TransferReport {
     return static_cast<std::size_t>(bytes < most ? bytes : most);
 }
 
-/// Memory available for a run, and the source of the limit.
 struct AvailableMemory {
     std::size_t bytes = std::numeric_limits<std::size_t>::max();
     std::string source;
 };
 
-/// Expected number of elements after passes, and peak resident memory (bytes).
 struct Growth {
     double elements = 0;  ///< by the metric
     std::size_t peak_bytes = 0;
 };
 
 inline constexpr double bytes_of_program = 13e6;
-/// Bytes per element while a changed mesh is compacted.
+/// Holds while a changed mesh is compacted.
 [[nodiscard]] constexpr double bytes_of_element(int dimension, int degree) {
     return (dimension == 2 ? 347 : 263) * (degree == 2 ? 1.7 : 1);
 }
 
-/// `complexity`: ∫ sqrt(det M) over the mesh. Meshes with edges up to √2 had about 11.5 tetrahedra or 2.5 triangles per
-/// unit of it; shorter edges give proportionally more. Memory peaks while the changed mesh is compacted: 256 and 263
-/// bytes per tetrahedron (10^5 and 3·10^5, one thread), 347 per triangle (1.2·10^5), 450 per quadratic tetrahedron
-/// (7·10^4).
+/// `complexity`: ∫ sqrt(det M). Meshes with edges up to √2 had about 11.5 tetrahedra or 2.5 triangles per unit of it;
+/// shorter edges give proportionally more. Memory peaks while the changed mesh is compacted: 256 and 263 bytes per
+/// tetrahedron (10^5 and 3·10^5, one thread), 347 per triangle (1.2·10^5), 450 per quadratic tetrahedron (7·10^4).
 [[nodiscard]] inline Growth expected_growth(double complexity, double longest_edge, std::size_t elements_before,
                                             int dimension, int degree) {
     const double refined = pow(std::sqrt(2.0) / longest_edge, dimension);
@@ -293,7 +288,7 @@ struct FileNumbers {
     Column<std::uint32_t> nodes = {};  ///< DecodedMesh::node_numbers
     FileTags tags = {};
 
-    /// Number of a vertex, or of a mid node, which follow the vertices.
+    /// Mid nodes follow the vertices.
     [[nodiscard]] std::size_t operator()(std::size_t node) const {
         if (!nodes.empty()) return nodes[node];
         return node < tags.vertices.size() ? tags.vertices[node] : node + 1;
@@ -308,7 +303,6 @@ struct FileNumbers {
 /// "71", "71 (tag 323)".
 [[nodiscard]] std::string called(std::size_t place, std::uint64_t tag);
 
-/// Names of references by dimension.
 using Groups = std::vector<Group>;
 /// Empty: no name.
 [[nodiscard]] std::string name_in(const Groups& groups, int dimension, Reference reference);
@@ -320,7 +314,7 @@ using Groups = std::vector<Group>;
 
 // ---------------------------------------------------------------- order of stages
 
-/// Content of a run's state, for the order of stages. Each value includes the one before.
+/// Each value includes the one before.
 enum class RunContent : std::uint8_t {
     straight_mesh,
     curved_mesh,    ///< of degree 2
@@ -335,7 +329,7 @@ enum class Places : std::uint8_t {
     refuses  ///< changes the mesh; no plan may exist
 };
 
-/// A stage of the pipeline. It runs on states from `least` to `most`.
+/// Runs on states from `least` to `most`.
 template <class Options>
 struct Step {
     std::string_view name;
@@ -362,14 +356,13 @@ inline constexpr std::tuple step_table{
     Step<config::Remesh>{"remesh", RunContent::straight_mesh, RunContent::planned_nodes, {}, Places::refuses},
 };
 
-/// True if a stage is a pass that changes the topology.
 template <class Options>
 [[nodiscard]] constexpr bool changes_topology() {
     return std::get<Step<Options>>(step_table).places == Places::refuses;
 }
 
-/// Checks that stages can run in this order on a mesh of this degree. Errors: usage with the stage's JSON path (an
-/// earlier stage is missing or not allowed), or input without a path (the stages do not accept the degree of the mesh).
+/// Errors: usage with the stage's JSON path (an earlier stage is missing or not allowed), or input without a path (the
+/// stages do not accept the degree of the mesh).
 [[nodiscard]] Outcome<Done> check_order(std::span<const config::Stage> stages, int degree);
 
 }  // namespace camber::run

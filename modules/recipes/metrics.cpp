@@ -28,7 +28,6 @@ namespace camber::run {
 
 namespace {
 
-/// Converts a field of the config to vectors of the mesh's dimension.
 template <int D, class Field>
 Outcome<AnalyticField<D>> of_dimension(const Field& field) {
     return AnalyticField<D>(field);
@@ -48,7 +47,7 @@ Outcome<AnalyticField<D>> of_dimension(const config::SphericalShock& s) {
     return AnalyticField<D>(SphericalShock<D>{*centre, s.radius, s.min_size, s.size, s.width});
 }
 
-/// Unit normals of the geometry at the corners of the facets; zero: the facet has no surface.
+/// Zero: the facet has no surface.
 template <int D>
 Outcome<Buffer<std::array<Vec<D>, D>>> normals_of(const Geometry<D>& geometry, const LinearMesh<D>& mesh,
                                                   const Execution& execution) {
@@ -57,7 +56,7 @@ Outcome<Buffer<std::array<Vec<D>, D>>> normals_of(const Geometry<D>& geometry, c
     });
 }
 
-/// Unit normal at each corner of each facet: of the facet's surface, else of a surrogate made for this.
+/// Normals of the facet's surface, else of a surrogate made for this.
 template <int D>
 Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& input, const Execution& execution) {
     const LinearMesh<D>& mesh = input.mesh;
@@ -104,7 +103,6 @@ Outcome<VertexNormals<D>> boundary_normals(const MetricInput<D>& input, const Ex
     return VertexNormals<D>{Column<std::uint32_t>(std::move(offsets)), Column<Vec<D>>(std::move(items))};
 }
 
-/// Applies an operation to a field, and adds to the field's report.
 template <int D>
 struct Operation {
     SourcedMetric<D>& field;
@@ -125,7 +123,7 @@ struct Operation {
         field.report.gradations.push_back({out->sweeps, out->changed, out->converged});
         if (!out->converged)
             field.notices.push_back("the gradation ended after " + std::to_string(out->sweeps) +
-                                    " sweeps: somewhere sizes still grow faster than asked");
+                                    " sweeps: some sizes still grow faster than requested");
         return std::move(out->log_metrics);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Bound& bound) {
@@ -141,7 +139,7 @@ struct Operation {
     }
 };
 
-/// Applies one operation. Operations that set sizes may set them out of range.
+/// Operations that set sizes may set them out of range.
 template <int D>
 Outcome<Column<LogMetric<D>>> after(SourcedMetric<D>& field, const MetricInput<D>& input,
                                     const config::MetricOperation& operation, const Execution& execution) {
@@ -201,7 +199,7 @@ Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricI
 
 namespace {
 
-/// Rows in the file of the mesh's vertices and edges, from 1; 0: none. Empty if the file has another number of rows
+/// Row in the file of each vertex and edge of the mesh, from 1; 0: none. Empty if the file has another number of rows
 /// than nodes.
 template <int D>
 std::vector<std::uint32_t> rows_of_nodes(const Mesh<D>& mesh, const Column<std::uint32_t>& numbers, std::size_t rows) {
@@ -237,7 +235,7 @@ RowsByNodes sorted(Solution solution, const Mesh<D>& mesh, const Column<std::uin
     return {std::move(solution), true};
 }
 
-/// Splits values into those of vertices and those of edges, which follow.
+/// Vertices first, then edges.
 template <int D>
 NodalLogs<D> split(const Column<LogMetric<D>>& logs, std::size_t vertices) {
     const auto middle = logs.begin() + static_cast<std::ptrdiff_t>(vertices);
@@ -333,7 +331,6 @@ Vec<D> place_of(const Location<D>& at, const QuadraticMesh<D>& mesh) {
     return place;
 }
 
-/// Points outside the mesh of a metric, and the largest distance.
 struct Outside {
     std::size_t points = 0;
     double farthest = 0;
@@ -365,14 +362,14 @@ Outcome<Done> check_place(const MetricFile& file, const Mesh& mesh, const Column
     if (outside->farthest > refused * size)
         return fail(
             ErrorKind::input,
-            fmt::format("is in another place than the mesh: {} of its {} vertices are outside, by up to {:.4g}, "
-                        "and it is {:.4g} large",
+            fmt::format("is in another place than the mesh: {} of its {} vertices are outside, by up to {:.4g}; the "
+                        "size of the mesh is {:.4g}",
                         outside->points, input_points.size(), outside->farthest, size),
             "/metric_mesh", {},
-            "give the mesh of " + file.name + " in the mesh's place and unit, or the metric of this mesh");
+            "give the mesh of " + file.name + " in the mesh's place and unit, or a metric of this mesh");
     if (outside->farthest > noted * size)
         field.notices.push_back(
-            fmt::format("{} vertices are outside the metric's mesh, by up to {:.4g}: they have the metric of its "
+            fmt::format("{} vertices are outside the metric's mesh, by up to {:.4g}; they have the metric of its "
                         "nearest points",
                         outside->points, outside->farthest));
     return Done{};
@@ -416,7 +413,7 @@ Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<
 
 namespace {
 
-/// Metric at the vertices of a remeshed mesh; its operations are already applied.
+/// Operations are already applied.
 template <int D>
 SourcedMetric<D> inherited_metric(const Inherited<D>& inherited) {
     return {inherited.log_metrics,
@@ -436,7 +433,7 @@ Outcome<SourcedMetric<D>> log_metrics_of(const MetricInput<D>& input, const conf
     return result;
 }
 
-/// Adds the complexity and the largest anisotropy to the report of a metric.
+/// Adds complexity and largest anisotropy to the report.
 template <int D>
 Outcome<SourcedMetric<D>> with_extent(const LinearMesh<D>& mesh, SourcedMetric<D> metric, const Execution& execution) {
     const auto volume = complexity(mesh, metric.log_metrics, part_of(execution, 0, 0.7));

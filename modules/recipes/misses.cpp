@@ -50,7 +50,7 @@ std::string crossing_message(const WallsReport& walls, int dimension) {
                                    walls.crossing, is_one ? "pair" : "pairs", dimension == 2 ? "edges" : "triangles",
                                    is_one ? "passes" : "pass", walls.first, walls.other, place_text(walls.first_at));
     if (walls.crossing_before > 0)
-        text += fmt::format("; {} crossed in the input already: correct the input there", walls.crossing_before);
+        text += fmt::format("; {} crossed already in the input: correct the input there", walls.crossing_before);
     return text;
 }
 
@@ -78,17 +78,17 @@ std::string remedies_of_elements(const Report& r) {
     if (!r.input_boundary || r.remaining.empty()) return {};
     std::vector<std::string> ways;
     if (const auto& tolerance = r.input_boundary->sufficient_tolerance)
-        ways.push_back(fmt::format("--boundary-tolerance {:g} (tried: every element is valid then)", *tolerance));
+        ways.push_back(fmt::format("--boundary-tolerance {:g} (tried: it makes every element valid)", *tolerance));
     if (r.validity && r.validity->straight_inverted > 0)
         ways.emplace_back("`camber remesh`, which replaces elements that are inverted when straight");
     else if (r.origin && (r.origin->geometry == "surrogate" || r.origin->geometry == "straight"))
-        ways.emplace_back("--cad MODEL, or --geometry, on which the boundary's nodes may slide");
+        ways.emplace_back("--cad MODEL, or --geometry, so that the boundary's nodes may slide on it");
     return fmt::format("{}", fmt::join(ways, ", or "));
 }
 
 std::string geometry_error_missed(const Report& r) {
     const GeometryErrorReport& g = *r.boundary->geometry_error;
-    const std::string_view remedy = r.remesh ? "a smaller size there (--metric, --size) may reach it"
+    const std::string_view remedy = r.remesh ? "a smaller size there (--metric, --size) may reduce it"
                                              : "camber remesh --geometry-error refines the boundary there";
     return fmt::format(
         "the boundary is {:.4g} from its geometry, and {:.4g} is required: {} facets are farther, the farthest is "
@@ -106,9 +106,9 @@ std::string elements_missed(const Report& r) {
     if (!r.undecided_elements.empty()) line += "; undecided: " + listed(r.undecided_elements);
     if (below > 0 && !r.elements_below_bound.empty())
         line += fmt::format("; below {:g}: ", r.validity->bound) + listed(r.elements_below_bound);
-    if (const std::string help = remedies_of_elements(r); !help.empty()) line += "; what would help: " + help;
+    if (const std::string help = remedies_of_elements(r); !help.empty()) line += "; remedy: " + help;
     if (straight > 0 && !r.remesh)  // passes may leave elements inverted when straight
-        line += fmt::format(" ({} flat or inverted before it was curved: mend the straight mesh)", straight);
+        line += fmt::format(" ({} flat or inverted before curving: repair the straight mesh)", straight);
     return line;
 }
 
@@ -126,7 +126,6 @@ std::string deviation_missed(const DeviationReport& d, std::string_view entities
         d.off, d.measured, entities, d.off == 1 ? "is" : "are", d.tolerance, d.largest, place_of(d), d.share);
 }
 
-/// Reasons why boundary nodes are off the geometry.
 struct NodeCauses {
     std::size_t relaxed = 0;     ///< boundary edges whose nodes repair moved
     bool is_uncrossed = false;   ///< nodes were moved back until no boundary facets crossed
@@ -138,10 +137,10 @@ std::string nodes_missed(const DeviationReport& d, const NodeCauses& causes) {
     if (causes.relaxed > 0) line += "; cause: validity, nodes were relaxed until elements are valid";
     if (causes.is_uncrossed) line += "; cause: crossing, nodes were moved back until no boundary facets cross";
     if (causes.unresolved > 0)
-        line += fmt::format("; cause: budget of work, spent on {} elements (the option effort of relax)",
+        line += fmt::format("; cause: limit of work, reached for {} elements (the option effort of relax)",
                             causes.unresolved);
-    return line +
-           fmt::format("; remedy: smaller elements there, or accept it by --geometry-tolerance {:.2g}", 1.1 * d.share);
+    return line + fmt::format("; remedy: smaller elements there, or accept it with --geometry-tolerance {:.2g}",
+                              1.1 * d.share);
 }
 
 NodeCauses causes_of(const Report& r) {
@@ -181,16 +180,16 @@ std::string recommended_bound_note(const Report& r) {
     if (!r.validity || r.validity->is_explicit || r.elements_below_bound.empty()) return {};
     std::string_view raise;
     if (r.input_boundary && slides_on_geometry(r))
-        raise = "; --boundary-tolerance gives it room to raise them";
+        raise = "; to raise them, set --boundary-tolerance";
     else if (r.input_boundary)
-        raise = "; --boundary-tolerance or --cad gives it room to raise them";
+        raise = "; to raise them, set --boundary-tolerance or --cad";
     else if (r.curve && r.curve->objective == "shape")
-        raise = "; smaller elements there raise them";
+        raise = "; to raise them, use smaller elements there";
     else if (r.curve)
-        raise = "; --objective shape, or smaller elements there, raises them";
+        raise = "; to raise them, set --objective shape or use smaller elements there";
     return fmt::format(
-        "{} {} valid, but below the recommended scaled Jacobian {:g}: {} (no failure: "
-        "--min-scaled-jacobian {:g} would make it one{})",
+        "{} {} valid, but below the recommended scaled Jacobian {:g}: {} (this is no error; --min-scaled-jacobian {:g} "
+        "makes it one{})",
         r.elements_below_bound.size(), r.elements_below_bound.size() == 1 ? "element is" : "elements are",
         r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
 }
@@ -201,7 +200,6 @@ namespace {
 
 std::string_view judged_name(const MeshReport& m) { return m.is_standalone_surface() ? "triangles" : "elements"; }
 
-/// "42 of 252 elements are …".
 std::string share(const CheckReport& report, std::size_t count, std::string_view what) {
     return fmt::format("{} of {} {} {} {}", grouped(count), grouped(report.mesh.judged()), judged_name(report.mesh),
                        count == 1 ? "is" : "are", what);
@@ -210,17 +208,16 @@ std::string share(const CheckReport& report, std::size_t count, std::string_view
 std::string invalid_text(const CheckReport& r) {
     if (r.is_only_reversed)
         return share(r, r.invalid,
-                     "numbered the wrong way round, and valid otherwise: commands that curve or change a mesh turn "
+                     "oriented the wrong way round, and valid otherwise: commands that curve or change a mesh turn "
                      "such elements, and `camber repair` writes the mesh with them turned");
-    if (r.mesh.degree == 1) return share(r, r.invalid, "inverted or flat: mend the straight mesh");
+    if (r.mesh.degree == 1) return share(r, r.invalid, "inverted or flat: repair the straight mesh");
     std::string text = share(
         r, r.invalid, r.bound > 0 ? fmt::format("below the scaled Jacobian {:g}", r.bound) : "inverted somewhere");
-    if (r.straight_inverted >= r.invalid) return text + ", when straight too: mend the straight mesh";
-    if (r.mesh.is_standalone_surface()) return text + ": smaller triangles bow less";
-    return text + "; `camber repair` mends such, with `--cad MODEL` where the boundary alone makes them so";
+    if (r.straight_inverted >= r.invalid) return text + ", when straight too: repair the straight mesh";
+    if (r.mesh.is_standalone_surface()) return text + ": smaller triangles are less curved";
+    return text + "; `camber repair` repairs them; use `--cad MODEL` if only the boundary makes them invalid";
 }
 
-/// Defects of a mesh, the most severe first.
 std::vector<std::string> failed_checks(const CheckReport& r) {
     std::vector<std::string> all;
     if (r.soundness.empty) return {"the mesh is empty"};
@@ -246,14 +243,15 @@ std::string overlap_text(const OverlapReport& overlap, const MeshReport& mesh) {
 
 std::string CheckReport::answer() const {
     const std::vector<std::string> bad = failed_checks(*this);
-    if (bad.size() > 1) return fmt::format("NO: {} (and {} more faults, below)", bad.front(), bad.size() - 1);
+    if (bad.size() > 1) return fmt::format("NO: {} (and {} more defects, below)", bad.front(), bad.size() - 1);
     if (!bad.empty()) return "NO: " + bad.front();
     const std::size_t n = mesh.judged(), near = crossings.counts.touching + crossings.counts.undecided;
     return (n == 0 ? std::string("yes: the mesh is sound")
                    : fmt::format("yes: all {} {} are certified valid, and the mesh is sound", grouped(n),
                                  judged_name(mesh))) +
            (near == 0 ? std::string()
-                      : fmt::format("; {} pairs of its boundary touch, or are too near to tell", grouped(near)));
+                      : fmt::format("; {} pairs of boundary facets touch or are too close for a certified answer",
+                                    grouped(near)));
 }
 
 }  // namespace camber::run

@@ -74,7 +74,6 @@ class RowsBefore {
     Buffer<RowId> rows_;
 };
 
-/// Original rows of fields at nodes and at cells.
 struct FieldRows {
     Column<RowId> nodes, cells;
 };
@@ -113,7 +112,7 @@ Outcome<Done> renumber_rows(Solution& solution, const Column<VertexId>& before, 
     return Done{};
 }
 
-/// Renumbers a result mesh and returns its original edges; none for degree 1.
+/// Returns the original edges; none for degree 1.
 template <int D>
 Outcome<Column<EdgeId>> renumber(Mesh<D>& mesh, const Renumbering& order, const Execution& execution) {
     if (mesh.degree == 1) {

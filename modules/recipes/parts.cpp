@@ -97,8 +97,8 @@ void add(Report& report, const BoundaryReport& part) {
     if (!part.off_surfaces || part.off_surfaces->vertices == 0) return;
     const OffSurfacesReport& off = *part.off_surfaces;
     report.notices.push_back(fmt::format(
-        "{} {} not on the analytic surface of their reference, by up to {:.4g}: kept there, while the nodes "
-        "beside them go onto the surface",
+        "{} {} not on the analytic surface of their reference, by up to {:.4g}: they are not moved, and adjacent nodes "
+        "are placed on the surface",
         off.vertices, off.vertices == 1 ? "vertex is" : "vertices are", off.largest));
 }
 
@@ -323,7 +323,7 @@ Outcome<MeshFields> fields_at(const Solution& solution, const std::string& name,
         return fail(
             ErrorKind::input,
             "has " + std::to_string(solution.rows) + " rows, the mesh " + std::to_string(vertices) + " vertices", name,
-            {}, "give the fields of this mesh, one row a vertex");
+            {}, "give the fields of this mesh, one row per vertex");
     MeshFields fields;
     std::size_t begin = 0;
     for (std::size_t i = 0; i < solution.fields.size(); ++i) {

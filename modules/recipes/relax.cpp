@@ -61,7 +61,7 @@ void count_slides(const JudgedProposal<D>& before, const JudgedProposal<D>& afte
     }
 }
 
-/// Remaining elements that are failures. Elements below a bound that is not required are only counted.
+/// Elements below a bound that is not required are only counted.
 template <int D>
 std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements, const Validation<D>& validation,
                                               const JacobianBound& bound) {
@@ -74,7 +74,7 @@ std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elem
     return reports;
 }
 
-/// Result of repair. Boundary nodes may move back to their chords.
+/// Boundary nodes may move back to their chords.
 template <int D>
 struct Relaxed {
     JudgedProposal<D> judged;
@@ -151,7 +151,7 @@ Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
-/// Marks the history as corrected: later verdicts are of corrected elements.
+/// Later verdicts are of corrected elements.
 template <int D>
 void close(History<D>& history) {
     if (auto* open = std::get_if<Uncorrected<D>>(&history)) {
@@ -251,7 +251,6 @@ bool places_nodes_anew(const config::Pipeline& pipeline) {
     return anew;
 }
 
-/// Adds the series after the passes to the histograms of the mesh before.
 std::vector<Histogram> with_after(std::vector<Histogram> histograms, const std::vector<Histogram>& after) {
     for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i].series.push_back(after[i].series.front());
     return histograms;
@@ -315,8 +314,8 @@ Outcome<Done> finish(Runner<D>& run) {
     auto histograms = with_after(std::move(changing->histograms), histograms_of(measured, "remeshed"));
     if (bounded && bounded->limited > 0)
         run.note(std::to_string(bounded->limited) +
-                 " boundary facets are finer than the metric requests, so that the boundary stays near its "
-                 "geometry: --geometry-error sets another bound, or none");
+                 " boundary facets are finer than the metric requests, so that the boundary stays close to its "
+                 "geometry; --geometry-error sets another bound, or none");
     RemeshReport& remesh = *run.report.remesh;
     remesh.after = std::move(measured.report);
     remesh.bounded_facets = bounded;

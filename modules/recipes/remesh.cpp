@@ -80,22 +80,21 @@ Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complex
             std::max(growth.peak_bytes,
                      estimated_peak_bytes(result / (specified.dimension == 2 ? 2 : 5), result, specified.dimension));
     }
-    const std::string requested = fmt::format("the metric asks for some {:.2g} {}", growth.elements,
+    const std::string requested = fmt::format("the metric requires about {:.2g} {}", growth.elements,
                                               specified.dimension == 2 ? "triangles" : "tetrahedra");
     const char* const remedy = "make it coarser: metric_operations bound or complexity, or a larger split/longest";
     constexpr double gib = 1024.0 * 1024 * 1024;
     if (growth.peak_bytes > run.sources.memory.bytes)
         return fail(ErrorKind::memory,
-                    fmt::format("{}, which need about {:.3g} GiB of memory, and {} gives {:.3g} GiB", requested,
+                    fmt::format("{}, which need about {:.3g} GiB of memory, but {} allows {:.3g} GiB", requested,
                                 static_cast<double>(growth.peak_bytes) / gib, run.sources.memory.source,
                                 static_cast<double>(run.sources.memory.bytes) / gib),
                     {}, {}, remedy);
     if (!(growth.elements < static_cast<double>(max_entities)))
-        return fail(ErrorKind::unsupported, requested + ", more than 32 bits can number", {}, {}, remedy);
+        return fail(ErrorKind::unsupported, requested + ", more than 32-bit numbers allow", {}, {}, remedy);
     return growth;
 }
 
-/// Mesh that is prepared for passes, and its closeness to a unit mesh.
 template <int D>
 struct StartedRemeshing {
     Remeshing<D> remeshing;
@@ -144,7 +143,7 @@ Outcome<Done> start_changing(Runner<D>& run, const Mesh& mesh, OwnField<D> field
     return Done{};
 }
 
-/// Boundary and field for the passes, made before the mesh changes.
+/// Made before the mesh changes.
 template <int D>
 struct Aims {
     Boundary<D> boundary;
@@ -166,7 +165,7 @@ Outcome<Aims<D>> aims_for(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeS
     auto field = make_own_field(run, mesh, edges, *boundary);
     return aims(run, std::move(*boundary), std::move(field), remeshed_simplices(mesh), 1);
 }
-/// Moves boundary nodes of the quadratic mesh onto prescribed surfaces, unless a stage has placed them.
+/// Moves boundary nodes onto prescribed surfaces, unless a stage has placed them.
 template <int D>
 Outcome<Done> put_nodes_onto(Runner<D>& run, const Boundary<D>& boundary) {
     Quadratic<D>& state = run.quadratic();
@@ -182,9 +181,8 @@ Outcome<Done> put_nodes_onto(Runner<D>& run, const Boundary<D>& boundary) {
     if (!placed) return fail(placed.error());
     if (placed->nodes == 0) return Done{};
     run.note(
-        fmt::format("{} mid nodes of the boundary were off the geometry, by up to {:.4g}: they were put onto it before "
-                    "the mesh was "
-                    "changed",
+        fmt::format("{} mid nodes of the boundary were off the geometry, by up to {:.4g}; they were moved onto it "
+                    "before the mesh was changed",
                     placed->nodes, placed->largest));
     state.mesh = std::move(placed->mesh);
     state.plan = Unplanned<D>{};
@@ -211,7 +209,6 @@ Outcome<EdgeSet<D>> edges_of(Runner<D>& run, const LinearMesh<D>& mesh) {
     return run.step("edges", [&](const Execution& e) { return unique_edges(mesh, e); });
 }
 
-/// Prepares the mesh of the state for passes.
 template <int D>
 Outcome<Done> begin_changing(Runner<D>& run, const LinearMesh<D>& mesh) {
     const auto edges = edges_of(run, mesh);
@@ -252,7 +249,6 @@ Outcome<Done> begin_changing(Runner<D>& run) {
     return begin_changing(run, mesh);
 }
 
-/// Applies `pass(mesh, goal, execution)` to the changing mesh, as a step of the stage.
 template <int D, class Options, class Pass>
 Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
     auto& changing = std::get<Changing<D>>(run.state.mesh);
@@ -267,7 +263,6 @@ Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
     });
 }
 
-/// Runs a pass of camber.remesh as a stage.
 template <int D, class Options>
 Outcome<Done> apply_pass(Runner<D>& run, const Options& options,
                          Outcome<Adapted<D>> (*pass)(Adaptation<D>, const AdaptationGoal<D>&, const Options&,

@@ -24,21 +24,21 @@ export namespace camber::run {
 inline constexpr int report_format = 5;
 
 struct OriginReport {
-    std::string version;            ///< of the program
-    std::string mesh, metric;       ///< file names; empty: generated mesh, no metric file
+    std::string version;       ///< of the program
+    std::string mesh, metric;  ///< file names; empty: generated mesh, no metric file
     int dimension = 3, degree = 1;
     std::size_t vertices = 0, elements = 0, facets = 0;
     std::string config;    ///< the pipeline with every default, as JSON
     std::string geometry;  ///< "surrogate", "straight", "mesh", "analytic" or "cad"
 
     static void fields(auto& s, auto& f) {
-        f("mesh", only_if(!s.mesh.empty(), s.mesh), "file that was read; null: the mesh was generated", or_null);
+        f("mesh", only_if(!s.mesh.empty(), s.mesh), "file of the input mesh; null: the mesh was generated", or_null);
         f("metric", only_if(!s.metric.empty(), s.metric), "file of the metric; null: none", or_null);
-        f("dimension", s.dimension, "dimension of that mesh: 2 or 3");
-        f("degree", s.degree, "degree of that mesh: 1 straight, 2 curved");
-        f("vertices", s.vertices, "number of vertices of that mesh, before `prepare`");
-        f("elements", s.elements, "number of its elements, before `prepare`");
-        f("facets", s.facets, "number of its facets, before `prepare`");
+        f("dimension", s.dimension, "dimension of the input mesh: 2 or 3");
+        f("degree", s.degree, "degree of the input mesh: 1 straight, 2 curved");
+        f("vertices", s.vertices, "number of vertices of the input mesh, before `prepare`");
+        f("elements", s.elements, "number of elements of the input mesh, before `prepare`");
+        f("facets", s.facets, "number of facets of the input mesh, before `prepare`");
     }
 };
 
@@ -47,7 +47,7 @@ struct ReorderedReport {
 
     static void fields(auto& s, auto& f) {
         f("scatter", s.scatter,
-          "scatter of the input's order in memory; output and report are in the order of the input "
+          "scatter of the input's order in memory. Output and report have the order of the input "
           "([space-filling-order.md](algorithms/space-filling-order.md))",
           unit("1"));
     }
@@ -59,7 +59,7 @@ struct StageTime {
     std::size_t peak_bytes = 0;
 
     static void fields(auto& s, auto& f) {
-        f("stage", s.stage, "each step in order, reading and writing included");
+        f("stage", s.stage, "name of the step; all steps are listed in order, including reading and writing");
         f("seconds", s.seconds, "elapsed time", unit("s"));
         f("peak_bytes", s.peak_bytes, "peak memory of the process until the end of this step", unit("bytes"));
     }
@@ -76,7 +76,7 @@ struct BlocksReport {
     }
 };
 
-/// Costs of a run on several ranks. Each list has one entry per rank.
+/// Lists have one entry per rank.
 struct RanksReport {
     std::size_t number = 1, rounds = 0;
     std::vector<std::size_t> peak_bytes;
@@ -119,9 +119,9 @@ struct Report {
     int threads = 0;
 
     static void fields(auto& s, auto& f) {
-        f("reordered", s.reordered, "order of the mesh, where stages worked in another one");
-        f("mesh", s.mesh, "the mesh in the end");
-        f("solution_metric", s.solution_metric, "the metric that was made for the solution");
+        f("reordered", s.reordered, "order of the mesh, if stages worked in another one");
+        f("mesh", s.mesh, "the final mesh");
+        f("solution_metric", s.solution_metric, "the metric made for the solution");
         f("metric", s.metric, "the metric");
         f("remesh", s.remesh, "passes that changed the mesh");
         f("boundary", s.boundary, "the boundary and its geometry");
@@ -132,47 +132,42 @@ struct Report {
         f("remaining_elements", only_if(s.input_boundary || !s.remaining.empty(), s.remaining),
           "elements that could not be repaired");
         f("reinsert", s.reinsert, "the stage `reinsert`");
-        f("validity", s.validity, "verdicts of the elements in the end");
+        f("validity", s.validity, "verdicts of the final elements");
         f("overlaps", only_if(s.overlaps.overlapping > 0, s.overlaps), "elements of the result that overlap");
         f("transfer", s.transfer, "fields of the solution on the new mesh ([transfer.md](algorithms/transfer.md))");
         f("blocks", s.blocks, "blocks of a mesh that was curved by blocks");
         f("ranks", s.ranks, "costs of each rank");
         f("histograms", s.histograms, "see below", unless_empty);
-        f("invalid_elements", s.invalid_elements, "elements that are not valid in the end, from 1");
+        f("invalid_elements", s.invalid_elements, "elements of the final mesh that are not valid, from 1");
         f("undecided_elements", s.undecided_elements, "elements without a certified answer, from 1");
         f("elements_below_bound", s.elements_below_bound, "valid elements below the bound, from 1");
-        f("committed", s.committed, "true: `commit` made the proposed positions the mesh's");
-        f("notices", s.notices, "notes on what was corrected, left out or lost, a sentence each");
+        f("committed", s.committed, "true: `commit` applied the proposed positions to the mesh");
+        f("notices", s.notices, "notes on corrections, omissions and losses, one sentence each");
         f("misses", misses(s),
-          "reasons for which the result is not the requested one, a sentence each with its place; empty: the exit code "
-          "is "
-          "0");
+          "reasons why the result is not the requested one, one sentence with a place each; empty: the exit code is 0");
         f("threads", s.threads, "number of threads that were used");
-        f("stages", s.times, "steps with their times");
+        f("stages", s.times, "steps and their times");
     }
 
-    /// True if all elements are certified valid, and above a required bound.
     [[nodiscard]] bool has_valid_elements() const { return not_valid() == 0; }
     /// Number of elements that are not certified valid, or not above a required bound.
     [[nodiscard]] std::size_t not_valid() const {
         if (!validity) return 0;
         return validity->invalid + validity->undecided + (validity->is_explicit ? validity->below_bound : 0);
     }
-    /// True if all boundary nodes and vertices are within the tolerance of their geometry.
+    /// True if boundary nodes and vertices are within the tolerance of their geometry.
     [[nodiscard]] bool is_boundary_within_bounds() const {
         const auto holds = [](const std::optional<DeviationReport>& d) { return !d || d->off == 0; };
         return !boundary || (holds(boundary->node_deviation) && holds(boundary->vertex_deviation));
     }
-    /// True if no boundary facets cross.
     [[nodiscard]] bool are_facets_disjoint() const {
         return !boundary || !boundary->walls || boundary->walls->crossing == 0;
     }
-    /// True if the boundary satisfies `--geometry-error`.
     [[nodiscard]] bool meets_geometry_error() const {
         return !boundary || !boundary->geometry_error || !boundary->geometry_error->is_required ||
                boundary->geometry_error->is_met();
     }
-    /// True if the result is the requested one (exit code 0).
+    /// True if the exit code is 0.
     [[nodiscard]] bool meets_requirements() const {
         return has_valid_elements() && is_boundary_within_bounds() && meets_geometry_error() && are_facets_disjoint() &&
                overlaps.overlapping == 0;
@@ -209,10 +204,9 @@ struct VerdictsReport {
 template <int D>
 [[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation, bool is_explicit);
 
-/// `unresolved`: number of elements that are not repaired when the limit of work is reached.
+/// `unresolved`: number of elements left when the limit of work is reached.
 [[nodiscard]] RelaxReport relax_report(const RepairStatistics& statistics, std::size_t unresolved, RepairMethod method);
 
-/// Reports nodes that were moved back because facets crossed.
 template <int D>
 [[nodiscard]] RelaxedWallsReport relaxed_walls_report(const MoveBackStatistics<D>& moved) {
     return {moved.nodes, moved.largest, {moved.largest_at.c.begin(), moved.largest_at.c.end()}};
@@ -224,18 +218,16 @@ struct CorrectionReport {
     std::vector<RemainingReport> remaining;
 };
 
-/// Adds a description of the boundary, with notices.
 void add(Report& report, const BoundaryReport& part);
 void add(Report& report, VerdictsReport part);
-/// Adds a correction; counts of several corrections are summed.
+/// Sums counts of several corrections.
 void add(Report& report, const CorrectionReport& part);
-/// Adds a pass; counts of passes of one kind are summed.
+/// Sums counts of passes of one kind.
 void add(Report& report, const PassReport& part);
 void add(std::vector<Histogram>& all, std::vector<Histogram> part);
 
 // ---------------------------------------------------------------- closeness to a unit mesh
 
-/// A report, with lengths of edges and qualities of elements.
 template <class R>
 struct MeasuredInMetric {
     R report;
@@ -257,10 +249,8 @@ template <int D>
 [[nodiscard]] Outcome<UnitMesh> measure_unit_mesh(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& log_metrics,
                                                   std::string metric, const Execution& execution);
 
-/// Histograms with one series each, named `series`.
 [[nodiscard]] std::vector<Histogram> histograms_of(const UnitMesh& measured, const std::string& series);
 
-/// Closeness of a mesh of degree 2 to a unit mesh along its curves.
 struct CurvedUnitMeshReport {
     struct Element {
         std::size_t number = 0;
@@ -269,14 +259,14 @@ struct CurvedUnitMeshReport {
         static void fields(auto& s, auto& f) {
             f("element", s.number, "element, from 1");
             f("quality", s.quality, "its quality by the mean distortion", unit("1"));
-            f("least", s.least, "lowest quality that was found at a point", unit("1"));
+            f("least", s.least, "lowest quality found at a point", unit("1"));
             f("bound", s.bound, "certified lower bound of its quality at all points", unit("1"));
         }
     };
-    UnitMeshReport unit_mesh;  ///< lengths along the curves, mean qualities
-    Element lowest;            ///< element with the lowest quality at a point; number 0: none
+    UnitMeshReport unit_mesh;
+    Element lowest;  ///< element with the lowest quality at a point; number 0: none
     double bound = 0;
-    std::vector<Element> worst;  ///< elements with the lowest mean qualities, the worst first
+    std::vector<Element> worst;
 
     static void fields(auto& s, auto& f) {
         f.merged(s.unit_mesh);
@@ -284,8 +274,8 @@ struct CurvedUnitMeshReport {
           "certified lower bound of the quality (with the sign of det J) at all points of the mesh; −1: no bound above "
           "0 was found",
           unit("1"));
-        f("lowest", only_if(s.lowest.number > 0, s.lowest), "element of the lowest quality at a point");
-        f("worst", s.worst, "elements of the lowest mean qualities, the worst first, as many as `worst`");
+        f("lowest", only_if(s.lowest.number > 0, s.lowest), "element with the lowest quality at a point");
+        f("worst", s.worst, "elements with the lowest mean qualities, the worst first, at most `worst`");
     }
 };
 
@@ -300,7 +290,7 @@ template <int D>
 
 [[nodiscard]] std::vector<Histogram> histograms_of(const CurvedUnitMesh& measured, const std::string& series);
 
-/// Closeness of a distributed mesh to a unit mesh, equal to that of the whole mesh up to the last digits of means.
+/// Equal to the values of the whole mesh up to the last digits of means.
 struct UnitMeshOfRanks {
     UnitMeshReport report;
     std::vector<Histogram> histograms;

@@ -34,7 +34,6 @@ namespace camber::run {
 
 namespace {
 
-/// Adds the path of the stage to an error that has none.
 Error at(Error error, const std::string& path) {
     if (error.where.empty() && error.kind == ErrorKind::usage) error.where = path;
     return error;
@@ -52,7 +51,6 @@ MeshReport mesh_report(const FinishedRows<D>& rows) {
     return {D, 1, all.vertices, all.vertices, all.elements, all.facets, all.edges};
 }
 
-/// Fields that the output shows; empty: none.
 template <int D>
 Outcome<MeshFields> shown_fields(Runner<D>& run, const std::optional<EdgeLengths>& lengths) {
     if (!shows_fields(run.config.output)) return MeshFields{};
@@ -63,7 +61,6 @@ Outcome<MeshFields> shown_fields(Runner<D>& run, const std::optional<EdgeLengths
     });
 }
 
-/// Metric that the output requests, if the stages made one.
 template <int D>
 Outcome<std::optional<Solution>> output_metric(Runner<D>& run) {
     if (run.config.output.metric.empty()) return std::nullopt;
@@ -92,7 +89,7 @@ Mesh<D> taken_mesh(State<D>& state) {
     return as_mesh(std::move(std::get<LinearMesh<D>>(state.mesh)));
 }
 
-/// Runs a stage. Passes run directly after each other; the mesh is finished before any other stage.
+/// Finishes the mesh before each stage that is not a pass.
 template <int D, class Options>
 Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
     if constexpr (!changes_topology<Options>())
@@ -100,7 +97,7 @@ Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
     return apply(run, stage);
 }
 
-/// Source with the CAD model in the unit of the mesh, if the config requires to determine that unit.
+/// Converts the CAD model to the unit of the mesh, if the config requires it.
 template <int D>
 Outcome<GeometrySource> source_in_unit(const Mesh<D>& mesh, const config::Geometry& geometry, GeometrySource source,
                                        const StepWrapper& around) {
@@ -111,7 +108,6 @@ Outcome<GeometrySource> source_in_unit(const Mesh<D>& mesh, const config::Geomet
     });
 }
 
-/// A run before its first step.
 template <int D>
 struct PreparedRun {
     std::vector<MetricFile> files;
@@ -157,7 +153,6 @@ Outcome<MeshRun<D>> end_of(Runner<D>& run) {
     return result;
 }
 
-/// Runs the steps one after the other on the state of a prepared run.
 template <int D>
 Outcome<MeshRun<D>> run_prepared(PreparedRun<D> prepared, const config::Pipeline& pipeline, const StepWrapper& around) {
     Runner<D> run(pipeline, std::move(prepared.state), std::move(prepared.sources), prepared.files, around);
@@ -196,7 +191,6 @@ struct MetricRows {
     Notices notices;
 };
 
-/// Converts rows to a metric file of this mesh.
 MetricFile file_of(NamedField metric, const config::SolutionMetric& requested, const AnyMesh& mesh) {
     const auto width = static_cast<std::size_t>(metric.field.components);
     const int dimension = std::visit([]<int D>(const Mesh<D>&) { return D; }, mesh);
@@ -208,7 +202,6 @@ MetricFile file_of(NamedField metric, const config::SolutionMetric& requested, c
     return file;
 }
 
-/// Adds the path in the config, or the file, to an error of a solution metric.
 Error of_solution(Error error, const std::string& path, const std::string& file) {
     if (error.kind == ErrorKind::usage && !error.where.starts_with("/"))
         error.where = error.where.empty() || error.where == "solution" ? path : path + "/" + error.where;
@@ -233,7 +226,6 @@ Outcome<MetricRows> metric_rows(const config::Pipeline& pipeline, Inputs& inputs
     return rows;
 }
 
-/// Transfers the fields of the input to the resulting mesh.
 Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> fields, const config::Pipeline& pipeline,
                     const StepWrapper& around) {
     auto carried = transfer_fields(run.mesh, old_mesh, std::move(fields), pipeline.solution, around);
@@ -267,10 +259,10 @@ void take_as_straight(const config::Pipeline& pipeline, DecodedMesh& mesh) {
         std::visit([](const auto& m) { return m.degree == 2 && has_straight_edges(m); }, mesh.mesh);
     if (!is_straight) return;
     std::visit([](auto& m) { m = as_mesh(straight_simplices(std::move(m))); }, mesh.mesh);
-    mesh.notices.push_back({"the mesh is of degree 2 and straight: its edges' nodes are placed anew"});
+    mesh.notices.push_back({"the mesh is of degree 2 and straight: new nodes of its edges are computed"});
 }
 
-/// Runs the steps before the first pass (at most `elevate`), and predicts the result of that pass.
+/// Runs the steps before the first pass (at most `elevate`), and predicts its result.
 template <int D>
 Outcome<std::optional<Growth>> growth_on(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
                                          const StepWrapper& around) {
@@ -289,7 +281,6 @@ Outcome<std::optional<Growth>> growth_on(StageInputs<D> input, const config::Pip
     return requested_growth(run);
 }
 
-/// Makes the metric, with rows in the order of the input's vertices.
 template <int D>
 Outcome<MetricResult> metric_on(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
                                 const StepWrapper& around) {
@@ -312,7 +303,6 @@ Run run_of(MeshRun<D> result) {
     return run;
 }
 
-/// Sources that are the same in each dimension.
 template <int D>
 RunSources<D> sources_of(Inputs& inputs, const SolutionSource* solution) {
     return {.geometry = std::move(inputs.geometry),
@@ -461,7 +451,6 @@ Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution&
 
 namespace {
 
-/// Runs the stages of `pipeline` on a mesh value.
 template <int D>
 Outcome<MeshRun<D>> run_recipe(Mesh<D> mesh, const MeshGoal<D>& goal, const config::Pipeline& pipeline,
                                const StepWrapper& around) {

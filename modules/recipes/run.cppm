@@ -29,19 +29,18 @@ import :values;
 
 export namespace camber::run {
 
-/// Sources of a run besides its mesh.
 template <int D>
 struct RunSources {
     GeometrySource geometry = {};
     AvailableMemory memory = {};
-    const SolutionSource* solution = nullptr;   ///< null: no stage places nodes by a solution
+    const SolutionSource* solution = nullptr;
     const MeshGoal<D>* goal = nullptr;          ///< geometry, metric and solution as values; null: those of the config
     std::shared_ptr<Ranks> ranks = one_rank();  ///< ranks that share the work by blocks
     RunEnd end = RunEnd::whole;
     OrderingOptions ordering = {};
 };
 
-/// One run in D dimensions: pipeline, sources, the state that steps change, and the report that they extend.
+/// A run in D dimensions: pipeline, sources, state and report.
 template <int D>
 class Runner {
   public:
@@ -50,7 +49,7 @@ class Runner {
         : config(config), files(files), sources(std::move(sources)), state(std::move(state)), around_(around) {}
 
     const config::Pipeline& config;
-    const std::span<const MetricFile> files;  ///< all metric files that the pipeline names
+    const std::span<const MetricFile> files;
     const RunSources<D> sources;
     State<D> state;
     Report report;
@@ -65,7 +64,6 @@ class Runner {
         return run_step(around_, name, std::forward<F>(f));
     }
     [[nodiscard]] const StepWrapper& around() const { return around_; }
-    /// Runs `f` as the step of the stage with these options.
     template <class Options, class F>
     auto step_of(const Options&, F&& f) {
         return step(std::get<Step<Options>>(step_table).name, std::forward<F>(f));
@@ -78,7 +76,7 @@ class Runner {
 
 // ---------------------------------------------------------------- steps, which change the state of a run
 
-/// Runs one step: one overload for each row of `step_table`. Errors: those of the step, and stopped.
+/// One overload for each row of `step_table`. Errors: those of the step, and stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Elevate& options);
 template <int D>
@@ -108,7 +106,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> move_vertices(Runner<D>& run);
 
-/// Features and geometry of the unchanged mesh by the config.
+/// Features and geometry of the mesh before any change.
 template <int D>
 struct DescribedBoundary {
     Boundary<D> boundary;
@@ -126,13 +124,12 @@ template <int D>
 [[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                      std::span<const LagrangeNode<D>> curves = {});
 
-/// Distances that the goal or the pipeline requires.
 template <int D>
 [[nodiscard]] std::vector<DistanceBound> required_distances(const Runner<D>& run);
 template <int D>
 [[nodiscard]] BoundedDistances bounded_distances(const Runner<D>& run);
 
-/// Report of the config's metric, set when the metric is made.
+/// Set when the metric is made.
 struct MetricReports {
     std::optional<MetricReport> report;
     Notices notices;
@@ -167,7 +164,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<OwnField<D>> requested_field(Runner<D>& run);
 
-/// Finishes a mesh that passes have changed; other meshes are unchanged.
+/// No effect unless passes changed the mesh.
 template <int D>
 [[nodiscard]] Outcome<Done> finish(Runner<D>& run);
 
@@ -195,7 +192,7 @@ template <int D>
 [[nodiscard]] CurvingTarget<D> store_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> result,
                                            CurvingAim aim);
 
-/// Last step: measures the result for the report. Returns lengths after correction, if they were measured.
+/// Last step. Returns lengths after correction, if they were measured.
 template <int D>
 [[nodiscard]] Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run);
 
@@ -207,32 +204,32 @@ struct SolutionMetricInput {
     std::string path;                 ///< its path in the config, for errors
 };
 
-/// Inputs of a run besides the config; files are already read.
+/// Files are already read.
 struct Inputs {
     DecodedMesh mesh;
-    std::optional<Solution> metric = {};         ///< of the metric file, when the config names one
+    std::optional<Solution> metric = {};
     std::optional<MetricMesh> metric_mesh = {};  ///< mesh of the metric, if its rows are not at the input's vertices
     std::vector<MetricFile> operands = {};       ///< metric files that the operations intersect with
     OrderingOptions ordering = {};               ///< conditions for another order of work
     GeometrySource geometry = {};
     AvailableMemory memory = {};
-    std::vector<NamedField> fields = {};                     ///< fields of the solution, on `mesh`
-    std::vector<SolutionMetricInput> solution_metrics = {};  ///< solution metrics of the config
-    std::shared_ptr<Ranks> ranks = one_rank();               ///< ranks that share the work by blocks
+    std::vector<NamedField> fields = {};
+    std::vector<SolutionMetricInput> solution_metrics = {};
+    std::shared_ptr<Ranks> ranks = one_rank();
     RunEnd end = RunEnd::whole;
 };
 
 template <int D>
 struct MeshRun {
-    Mesh<D> mesh;                               ///< committed mesh, or the last state
-    Report report;                              ///< `meets_requirements`: the result is the requested one
+    Mesh<D> mesh;  ///< committed mesh, or the last state
+    Report report;
     std::optional<Inherited<D>> remeshed = {};  ///< geometry and metric at the vertices, if passes changed the mesh
     MeshFields fields = {};                     ///< if the output shows them
     std::optional<Solution> metric = {};        ///< if the output requests it and the steps made one
     std::optional<FinishedRows<D>> rows = {};   ///< rows of this rank if the run ends in rows; the mesh is then empty
 };
-/// Prepares a mesh and runs the steps of a pipeline on it. Errors: a step without its input (check_order), those of the
-/// steps with their JSON path, stopped, memory.
+/// Prepares the mesh first. Errors: a step without its input (check_order), those of the steps with their JSON path,
+/// stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<MeshRun<D>> run_steps(StageInputs<D> input, const config::Pipeline& pipeline,
                                             RunSources<D> sources, const StepWrapper& around);
@@ -240,8 +237,8 @@ template <int D>
 struct Run {
     AnyMesh mesh;  ///< committed mesh, or the last state
     Report report;
-    MeshFields fields;                    ///< empty unless the output shows them
-    std::optional<Solution> metric = {};  ///< at the vertices, if the output requests it and the stages made one
+    MeshFields fields;                      ///< empty unless the output shows them
+    std::optional<Solution> metric = {};    ///< at the vertices, if the output requests it and the stages made one
     std::vector<NamedField> solution = {};  ///< fields of the input, if the output stores them
     std::vector<std::string> details = {};  ///< notices of the report that are printed with --verbose only
     /// Rows of this rank if the run ends in rows; the mesh is then empty.
@@ -252,7 +249,7 @@ struct Run {
 /// change it.
 [[nodiscard]] bool may_end_in_rows(const config::Pipeline& pipeline);
 
-/// True if an output (VTU file, page) shows fields of the run.
+/// True for VTU files and pages.
 [[nodiscard]] bool shows_fields(const config::Output& output);
 /// True if the output stores fields of a solution, in their own file or with the mesh.
 [[nodiscard]] bool carries_fields(const config::Output& output);
@@ -262,7 +259,7 @@ struct Run {
 /// True if the mesh is quadratic and not straight; `elevate` rejects it.
 [[nodiscard]] bool is_curved(const AnyMesh& mesh);
 
-/// Prepares the mesh and runs the stages of a config in order. Errors name the stage's JSON path.
+/// Prepares the mesh first. Errors name the stage's JSON path.
 [[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const StepWrapper& around);
 
 /// Predicts the mesh that passes make, if only `elevate` precedes them. None: no stage splits, or the metric needs
@@ -270,7 +267,7 @@ struct Run {
 [[nodiscard]] Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs,
                                                             const StepWrapper& around);
 
-/// Metric of a config after its operations, at the vertices of the input; no stage runs. Errors: those of the run so
+/// Metric after the operations of a config, at the vertices of the input; no stage runs. Errors: those of the run so
 /// far.
 struct MetricResult {
     Solution metric;
@@ -282,7 +279,6 @@ struct MetricResult {
 
 [[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution& execution = {});
 
-/// Size of a run before its first step.
 struct PlanSize {
     int dimension = 3, degree = 1;
     std::size_t vertices = 0, elements = 0, facets = 0;
@@ -304,17 +300,15 @@ template <int D>
                                                                 const OrderingOptions& options,
                                                                 const Execution& execution);
 
-/// Renumbers the inputs. Metric files without one row per vertex are unchanged; they are rejected later. Errors:
-/// memory, stopped.
+/// Metric files without one row per vertex are unchanged; they are rejected later. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<StageInputs<D>> in_working_order(StageInputs<D> inputs, const Renumbering& order,
                                                        const Execution& execution);
 
-/// Renumbers mesh, fields, metric and reported elements of the result to the input's order. Errors: memory, stopped.
+/// Renumbers mesh, fields, metric and reported elements. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<MeshRun<D>> in_input_order(MeshRun<D> run, const Renumbering& order, const Execution& execution);
 
-/// Renumbers the entity of an error.
 template <int D>
 [[nodiscard]] Error in_input_order(Error error, const Renumbering& order);
 
@@ -325,11 +319,11 @@ template <int D>
 
 struct BlockSources {
     GeometrySource geometry = {};
-    std::vector<MetricFile> files = {};  ///< one row per vertex of the whole mesh
+    std::vector<MetricFile> files = {};
     BlockOptions blocks = {};
     std::shared_ptr<Ranks> ranks = one_rank();
 };
-/// Share of this rank in the result. The report is that of the whole mesh.
+/// The report is that of the whole mesh.
 template <int D>
 struct BlocksRun {
     CurvedBlocks<D> curved;
@@ -356,7 +350,7 @@ template <int D>
 
 struct RemeshMeshOptions {
     ToMetricOptions passes = {};
-    config::RemeshObjective objective = config::RemeshObjective::automatic;  ///< degree 2: nodes of inner edges
+    config::RemeshObjective objective = config::RemeshObjective::automatic;
     config::GeometryBound geometry_bound = config::GeometryBound::by_default;
 };
 

@@ -50,7 +50,7 @@ Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields, const std
         if (found == fields.end()) {
             std::string there;
             for (const NamedField& field : fields) there += (there.empty() ? "" : ", ") + field.name;
-            return fail(ErrorKind::usage, "there is no field of the name " + name, where, {}, "there is " + there);
+            return fail(ErrorKind::usage, "no field has the name " + name, where, {}, "the fields are " + there);
         }
         if (std::ranges::find(selected, name, &NamedField::name) == selected.end()) selected.push_back(*found);
     }
@@ -131,8 +131,8 @@ Outcome<TransferredFields> transfer_fields(const AnyMesh& new_mesh, const AnyMes
     return std::visit(
         [&]<int D, int Old>(const Mesh<D>&, const Mesh<Old>&) -> Outcome<TransferredFields> {
             if constexpr (D != Old)
-                return fail(ErrorKind::input, "is not of the dimension of the old mesh", {}, {},
-                            "give two meshes of one domain");
+                return fail(ErrorKind::input, "has another dimension than the old mesh", {}, {},
+                            "give two meshes of the same domain");
             else
                 return run_step(around, "transfer", [&](const Execution& e) {
                     return transferred<D>(new_mesh, old_mesh, std::move(fields), options, e);
@@ -180,8 +180,8 @@ Outcome<NamedField> evaluated(const QuadraticMesh<D>& mesh, const std::string& t
         4096);
     if (!done) return fail(done.error());
     if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
-        return fail(ErrorKind::usage, "is no number at a node of the mesh", quoted_expression(text), {},
-                    "give one that is finite on the whole domain");
+        return fail(ErrorKind::usage, "is not finite at a node of the mesh", quoted_expression(text), {},
+                    "give an expression that is finite on the whole domain");
     return NamedField{"expression", FieldKind::scalar, {1, 2, Column<double>(std::move(values))}};
 }
 
@@ -204,8 +204,8 @@ Outcome<SolutionInput<D>> solution_on(const SolutionSource& source, const Quadra
     const std::vector<double>& weights = source.weights;
     const auto check_weights = [&](std::size_t fields) -> Outcome<Done> {
         if (weights.empty() || weights.size() == fields) return Done{};
-        return fail(ErrorKind::usage, fmt::format("there are {} weights, and {} fields", weights.size(), fields),
-                    "/solution/weights", {}, "give one for each field, or none");
+        return fail(ErrorKind::usage, fmt::format("there are {} weights, but {} fields", weights.size(), fields),
+                    "/solution/weights", {}, "give one weight per field, or none");
     };
     SolutionInput<D> out;
     if (!source.expression.empty()) {
@@ -232,7 +232,6 @@ template Outcome<SolutionInput<3>> solution_on<3>(const SolutionSource&, const Q
 
 namespace {
 
-/// Makes a field at the vertices, or at all nodes.
 template <int D>
 Outcome<NamedField> as_field(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& logs, int degree,
                              const Execution& execution) {
@@ -277,7 +276,7 @@ MetricOfSolutionOptions options_of(const config::SolutionMetric& requested, bool
     return out;
 }
 
-/// Weights of the components of the selected fields, from those of all fields.
+/// Repeats the weight of each selected field for its components.
 std::vector<double> weights_of_scalars(std::span<const NamedField> fields, std::span<const NamedField> selected,
                                        const std::vector<double>& weights) {
     std::vector<double> out;
@@ -334,8 +333,8 @@ template <int D>
 Outcome<std::vector<std::string>> unordered_fields(const QuadraticMesh<D>& mesh, std::span<const NamedField> fields,
                                                    const Execution& execution) {
     constexpr const char* remedy =
-        "give a row for each vertex, then one for each edge by (lower vertex, higher vertex), or a file with its "
-        "own mesh, such as .vtu (docs/formats.md, Fields of degree 2)";
+        "give one row per vertex, then one per edge by (lower vertex, higher vertex). A file with its own mesh, such "
+        "as .vtu, is possible, too (docs/formats.md, Fields of degree 2)";
     std::vector<std::string> unordered;
     for (const NamedField& field : fields)
         for (const Column<double>& values : scalars_of({&field, 1})) {
@@ -344,8 +343,8 @@ Outcome<std::vector<std::string>> unordered_fields(const QuadraticMesh<D>& mesh,
             const std::string nodes = "the values of " + field.name + " at the nodes of edges ";
             if (check->order == NodeOrder::by_first_element)
                 return fail(ErrorKind::input,
-                            nodes + "are in the order in which elements, one after the other, first have these edges",
-                            {}, {}, remedy);
+                            nodes + "are in the order in which these edges first occur in the elements", {}, {},
+                            remedy);
             if (check->order == NodeOrder::unrelated_mid_nodes)
                 return fail(ErrorKind::input,
                             fmt::format("{}are in another order: their correlation with the values at the ends of "
@@ -358,7 +357,6 @@ Outcome<std::vector<std::string>> unordered_fields(const QuadraticMesh<D>& mesh,
     return unordered;
 }
 
-/// Request of a metric for fields.
 struct FieldsMetric {
     std::span<const NamedField> fields;
     const config::SolutionMetric& options;
@@ -373,8 +371,8 @@ Outcome<SolutionMetricResult> compute_metric(const QuadraticMesh<D>& mesh, int m
     const bool at_nodes = fields.front().field.degree == 2;
     for (const NamedField& field : fields)
         if ((field.field.degree == 2) != at_nodes)
-            return fail(ErrorKind::usage, "some fields are known at the vertices only", "fields", {},
-                        "name those that are known alike");
+            return fail(ErrorKind::usage, "some fields are known only at the vertices", "fields", {},
+                        "select fields that are known at the same nodes");
     const MetricOfSolutionOptions options = options_of(requested, at_nodes, ridge_angle);
     const auto logs = run_step(around, "fixed", [&](const Execution& e) {
         return logs_of<D>(specified, mesh.linear.points.size(), requested.intersect, e);
@@ -403,8 +401,8 @@ Outcome<SolutionMetricResult> metric_of_fields(const AnyMesh& mesh, std::span<co
                                                std::span<const Solution> specified, double ridge_angle,
                                                const StepWrapper& around) {
     if (fields.empty())
-        return fail(ErrorKind::usage, "there is no solution that the metric could be made for", "/solution", {},
-                    "give {\"file\": …}, or a mesh file with fields at its nodes; --solution on the command line");
+        return fail(ErrorKind::usage, "there is no solution for the metric", "/solution", {},
+                    "give {\"file\": …}, a mesh file with fields at its nodes, or --solution on the command line");
     const auto selected = named({fields.begin(), fields.end()}, requested.fields, "fields");
     if (!selected) return fail(selected.error());
     config::SolutionMetric by = requested;
@@ -413,8 +411,8 @@ Outcome<SolutionMetricResult> metric_of_fields(const AnyMesh& mesh, std::span<co
         [&]<int D>(const Mesh<D>& m) -> Outcome<SolutionMetricResult> {
             if (plan_size(mesh).elements == 0)
                 return fail(ErrorKind::input,
-                            std::string("is of a mesh without ") + (D == 2 ? "triangles" : "tetrahedra") +
-                                ": derivatives are those of fields in the volume",
+                            std::string("is on a mesh without ") + (D == 2 ? "triangles" : "tetrahedra") +
+                                ": derivatives require fields in the volume",
                             {}, {}, "give a mesh of the volume");
             const auto quadratic =
                 run_step(around, "elevate", [&](const Execution& e) { return of_degree_2<D>(mesh, e); });
@@ -445,7 +443,7 @@ Column<double> means_at_vertices(const RecoveredDerivatives<D>& recovered) {
 
 Outcome<Solution> hessians_of(const AnyMesh& mesh, const NamedField& field, const Execution& execution) {
     if (field.kind != FieldKind::scalar)
-        return fail(ErrorKind::usage, "is no field of numbers", field.name, {}, "give one component");
+        return fail(ErrorKind::usage, "is not a scalar field", field.name, {}, "give one component");
     return std::visit(
         [&]<int D>(const Mesh<D>&) -> Outcome<Solution> {
             const auto quadratic = of_degree_2<D>(mesh, without_progress(execution));
@@ -464,17 +462,16 @@ std::vector<std::string> solution_metric_notices(const SolutionMetricReport& r) 
     if (r.is_fixed_sufficient)
         notices.push_back(
             fmt::format("sizes by reference, geometry, bounds and gradation alone have the complexity {:.6g}: the "
-                        "solution has no say (ask for more, or for less of them)",
+                        "solution has no influence. Request a larger complexity or larger sizes",
                         r.fixed_complexity));
     else if (!r.is_reached)
-        notices.emplace_back("the complexity is another than was asked for: bounds or gradation stand in the way");
+        notices.emplace_back("the requested complexity is not reached: bounds or gradation prevent it");
     for (const std::string& field : r.unordered_fields)
         notices.push_back(fmt::format(
-            "the values of {} at neighbouring nodes are as unrelated as in a random order: the mesh does not "
-            "resolve the field, or its rows are in another order than the nodes (docs/formats.md, Fields of "
-            "degree 2)",
+            "the values of {} at neighbouring nodes are as unrelated as in a random order. The mesh does not resolve "
+            "the field, or its rows are in another order than the nodes (docs/formats.md, Fields of degree 2)",
             field));
-    if (!r.is_graded) notices.emplace_back("the gradation ended before its time: somewhere sizes still grow faster");
+    if (!r.is_graded) notices.emplace_back("the gradation ended early: some sizes still grow faster than requested");
     return notices;
 }
 

@@ -64,7 +64,7 @@ Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_
                       "give the metric of this mesh");
     if (s.rows != vertices)
         return refuse("has " + std::to_string(s.rows) + " rows, the mesh " + std::to_string(vertices) + " vertices",
-                      "give the metric of this mesh, one row a vertex");
+                      "give the metric of this mesh, one row per vertex");
     if (s.fields == std::vector{FieldKind::scalar}) {
         // One size per vertex is an isotropic metric, as in Mmg and refine.
         Buffer<LogMetric<D>> logs(vertices);
@@ -76,7 +76,7 @@ Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_
         return sourced(Column<LogMetric<D>>(std::move(logs)), file.name);
     }
     if (s.fields != std::vector{FieldKind::symmetric_tensor})
-        return refuse("is no metric: it must hold one symmetric tensor (type 3) or one size (type 1) a vertex", "");
+        return refuse("is no metric: it must have one symmetric tensor (type 3) or one size (type 1) per vertex", "");
     auto logs = log_metrics_of_tensors<D>(
         s.values.view(), s.single_precision ? TensorPrecision::four_bytes : TensorPrecision::eight_bytes, execution);
     if (!logs) {
@@ -88,9 +88,8 @@ Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_
     metric.report.floored = logs->floored;
     if (logs->floored > 0)
         metric.notices.push_back(
-            fmt::format("{} of the {} tensors of {} are flat to the rounding of their numbers: the sizes of their flat "
-                        "directions were "
-                        "made smaller, to what that can tell",
+            fmt::format("{} of the {} tensors of {} are flat to the rounding of their numbers. The sizes in their flat "
+                        "directions were reduced to the largest that rounding can resolve",
                         logs->floored, vertices, file.name));
     return metric;
 }
@@ -117,7 +116,7 @@ Outcome<Column<LogMetric<D>>> at_moved_vertices(Column<LogMetric<D>> field, cons
     return Column<LogMetric<D>>(std::move(*moved));
 }
 
-/// Makes the metric of each kind of source; files are already read.
+/// Files are already read.
 template <int D>
 struct Source {
     const MetricInput<D>& input;
@@ -159,7 +158,7 @@ struct Source {
   private:
     [[nodiscard]] Outcome<SourcedMetric<D>> rows_of(const config::Metric& requested) const {
         const auto file = std::ranges::find_if(input.files, [&](const MetricFile& f) { return f.is_of(requested); });
-        if (file == input.files.end()) return fail(ErrorKind::internal, "the metric's rows were not read");
+        if (file == input.files.end()) return fail(ErrorKind::internal, "the rows of the metric were not read");
         if (file->mesh) return sampled_file<D>(*file, input.mesh.points, execution);
         auto metric = log_metrics_of_file<D>(*file, input.mesh.points.size(), part_of(execution, 0, 0.6));
         if (!metric) return metric;

@@ -79,7 +79,6 @@ Outcome<State<D>> beginning_with(Mesh<D> mesh) {
 
 namespace {
 
-/// A row without the type of its options.
 struct Row {
     std::string name;
     RunContent least, most;
@@ -96,7 +95,6 @@ Row row_of(const config::Stage& stage) {
         stage);
 }
 
-/// First stage of the table that makes this content.
 std::string_view first_stage_for(RunContent target) {
     std::string_view stage_name;
     std::apply(
@@ -107,15 +105,14 @@ std::string_view first_stage_for(RunContent target) {
     return stage_name;
 }
 
-/// Error of a stage whose input is missing.
 Error too_little(const Row& row, RunContent now) {
     // A stage that makes no new content needs a quadratic mesh; before others, `elevate` is missing.
     if (now == RunContent::straight_mesh && !row.result_content)
         return {ErrorKind::input,
-                "the mesh is of degree 1, and stage \"" + row.name + "\" needs one of degree 2",
+                "the mesh has degree 1, but stage \"" + row.name + "\" requires degree 2",
                 {},
                 {},
-                "camber curve makes it curved; in a config, put \"elevate\" before"};
+                "curve the mesh with camber curve; in a config, add \"elevate\" before this stage"};
     const RunContent missing = now == RunContent::straight_mesh ? RunContent::curved_mesh : row.least;
     return {ErrorKind::usage,
             "stage \"" + row.name + "\" needs \"" + std::string(first_stage_for(missing)) + "\" before it",
@@ -128,25 +125,25 @@ Error too_little(const Row& row, RunContent now) {
 Error too_much(int degree) {
     if (degree == 1)
         return {ErrorKind::usage,
-                "the mesh is quadratic already, by an \"elevate\" before",
+                "the mesh is quadratic already, since an earlier stage is \"elevate\"",
                 {},
                 {},
-                "leave one of them out"};
+                "remove one of these stages"};
     return {ErrorKind::input,
             "the mesh is quadratic already",
             {},
             {},
-            "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", \"relax\", "
+            "give the straight mesh, or remove the stage \"elevate\": stages=[\"curve\", \"validate\", \"relax\", "
             "\"commit\"]"};
 }
 
 /// Error of a pass on a mesh whose planned nodes are not committed.
 Error not_committed(const Row& row) {
     return {ErrorKind::usage,
-            "stage \"" + row.name + "\" changes the mesh, and planned places of its nodes are not committed",
+            "stage \"" + row.name + "\" changes the mesh, but planned positions of its nodes are not committed",
             {},
             {},
-            "put \"commit\" before it"};
+            "add \"commit\" before it"};
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ import :values;
 
 export namespace camber::run {
 
-/// Files of a config's geometry; they are already read.
+/// Files are already read.
 struct GeometrySource {
     std::optional<CadModel> cad = {};
     std::shared_ptr<const AnyMesh> mesh = {};
@@ -58,14 +58,12 @@ struct CurvingTarget {
     Column<LagrangeNode<D>> extended = {};  ///< positions to relax towards, see CurveInput
 };
 
-/// Committed positions, and their verdicts.
 template <int D>
 struct CommittedPlaces {
     Proposal<D> proposal;
     Validation<D> validation;
 };
 
-/// Positions for nodes and vertices, committed or not.
 template <int D>
 struct Plan {
     std::variant<OwnNodes<D>, CurvingTarget<D>> origin;
@@ -91,7 +89,6 @@ struct Unplanned {
     std::optional<Validation<D>> validation;
 };
 
-/// A quadratic mesh and its plan.
 template <int D>
 struct Quadratic {
     QuadraticMesh<D> mesh;
@@ -119,7 +116,6 @@ struct Corrected {
 template <int D>
 using History = std::variant<Uncorrected<D>, Corrected<D>>;
 
-/// A mesh that passes change, and their goal.
 template <int D>
 struct Changing {
     Adaptation<D> mesh;
@@ -140,7 +136,6 @@ struct Inherited {
     EmbeddedCurves<D> curves = {};          ///< of the mesh that was remeshed
 };
 
-/// Crossings of a proposal, with its positions.
 template <int D>
 struct KnownCrossings {
     Column<Vec<D>> points;
@@ -155,16 +150,16 @@ struct KnownCrossings {
 template <int D>
 struct State {
     std::variant<LinearMesh<D>, Changing<D>, Quadratic<D>> mesh;
-    Column<Vec<D>> input_points;  ///< vertices as read, to which rows of metric files refer
+    Column<Vec<D>> input_points;               ///< vertices as read, to which rows of metric files refer
     Column<LagrangeNode<D>> input_nodes = {};  ///< nodes of a quadratic mesh as read
-    std::optional<BackMesh<D>> field;          ///< the last one that was made
+    std::optional<BackMesh<D>> field;
     /// Metric of the straight mesh at its vertices, if `field` is on a curved mesh.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;
     /// Boundary distance after `remesh`, compared with the bounds of the config; empty once a stage changes it.
     std::optional<ReachedDistance<D>> reached;
-    std::optional<FinishedRows<D>> rows;              ///< final rows of this rank; the mesh is then empty
-    std::optional<CadMovesReport> cad_moves;          ///< moves of vertices before the first stage
+    std::optional<FinishedRows<D>> rows;  ///< final rows of this rank; the mesh is then empty
+    std::optional<CadMovesReport> cad_moves;
     std::optional<std::size_t> crossings_of_input;    ///< pairs of facets that crossed before passes changed the mesh
     std::optional<RelaxedWallsReport> relaxed_walls;  ///< boundary nodes that were moved back because facets crossed
     std::optional<KnownCrossings<D>> crossings;       ///< of the positions after the stage `relax`
@@ -174,13 +169,13 @@ struct State {
     CurveOptions curving = {};  ///< of the last curving stage; passes place new nodes alike
 };
 
-/// State of a run before its first stage. Errors: unsupported (no simplices of degree 1 or 2).
+/// Errors: unsupported (no simplices of degree 1 or 2).
 template <int D>
 [[nodiscard]] Outcome<State<D>> beginning_with(Mesh<D> mesh);
 
 // ---------------------------------------------------------------- values of several stages
 
-/// Distribution of a run's result: each rank has all of it, or its rows.
+/// Each rank has the whole result, or its rows.
 enum class RunEnd : std::uint8_t { whole, rows };
 
 /// Mesh of a metric file whose rows are not at the input's vertices.
@@ -217,7 +212,7 @@ struct RowsByNodes {
 /// Selects the rows of the vertices from rows at all nodes; other rows are unchanged.
 [[nodiscard]] Solution rows_at_vertices(RowsByNodes rows, const AnyMesh& mesh);
 
-/// Inputs that a better order renumbers: a mesh, and metric files with one row per vertex.
+/// A mesh, and metric files with one row per vertex; a better order renumbers both.
 template <int D>
 struct StageInputs {
     Mesh<D> mesh;
@@ -235,22 +230,20 @@ template <int D>
 [[nodiscard]] Outcome<Sound<D>> prepare_stage(StageInputs<D> specified, std::span<const config::Stage> stages,
                                               const OrderingOptions& ordering, const Execution& execution);
 
-/// Input of a field of log-metrics at the vertices of the straight mesh.
 template <int D>
 struct MetricInput {
     const LinearMesh<D>& mesh;
     const EdgeSet<D>& edges;
     const Boundary<D>& boundary;
     const Column<Vec<D>>& input_points;  ///< vertices as read, to which rows of files refer
-    std::span<const MetricFile> files;   ///< all that the config names
-    Column<LogMetric<D>> natural;        ///< mesh-implied metric, straight or curved
-    const Inherited<D>* inherited;       ///< of a remeshed mesh, whose metric exists; else null
+    std::span<const MetricFile> files;
+    Column<LogMetric<D>> natural;   ///< mesh-implied metric, straight or curved
+    const Inherited<D>* inherited;  ///< of a remeshed mesh, whose metric exists; else null
 };
 
-/// Geometry of a config. A surrogate passes through the nodes of `boundary` if there are any, else through the
-/// vertices. Errors (usage, with the JSON path): a vector of the wrong dimension; a surface that does not exist in this
-/// dimension or that the mesh is not on. Others: those of `associate` for a CAD model, and of geometry_of_mesh for
-/// another mesh, whose ridges `features_by` determines.
+/// A surrogate passes through the nodes of `boundary` if there are any, else through the vertices. Errors (usage, with
+/// the JSON path): a vector of the wrong dimension; a surface that does not exist in this dimension or that the mesh is
+/// not on; those of `associate`, or of geometry_of_mesh with ridges by `features_by`.
 template <int D>
 struct BuiltGeometry {
     Geometry<D> geometry;
@@ -269,9 +262,8 @@ template <int D>
 /// become invalid or facets would cross, so meshes of earlier cycles are accepted.
 enum class FitErrorPolicy : std::uint8_t { refused, accepted };
 
-/// Geometry from the boundary of another mesh. Errors: usage (another dimension, or a reference of this boundary is
-/// missing); input (several boundary vertices are farther from it than a tenth of their edges, and not between its
-/// straight facets and the surfaces above them).
+/// Errors: usage (another dimension, or a reference of this boundary is missing); input (several boundary vertices are
+/// farther away than a tenth of their edges, and not between straight facets and the surfaces above them).
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
                                                     const LinearMesh<D>& mesh, FitErrorPolicy policy,
@@ -285,8 +277,8 @@ template <int D>
 /// meshes may be made on slightly different surfaces.
 template <int D>
 [[nodiscard]] OffSurfacesReport off_surfaces(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry);
-/// Makes the geometry of facets on the CAD model, without those of the references `excluded` (ascending). `misfit`: too
-/// many vertices are off the model. Errors: those of `associate`.
+/// Geometry of facets on the CAD model, without those of the references `excluded` (ascending). `fit_error`: too many
+/// vertices are off the model. Errors: those of `associate`.
 template <int D>
 [[nodiscard]] Outcome<BuiltGeometry<D>> make_cad_geometry(const config::Cad& config, const CadModel& model,
                                                           const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
@@ -329,7 +321,6 @@ struct BoundedDistances {
     bool are_required = true;  ///< a result that exceeds required bounds is not the requested one
 };
 
-/// Log-metrics at the vertices, and a report of their source.
 template <int D>
 struct SourcedMetric {
     Column<LogMetric<D>> log_metrics;
@@ -349,8 +340,8 @@ struct FileField {
     MetricReport report;
     Notices notices;
 };
-/// The mesh of the file must be in the place of the points; notices report points outside it. Errors: those of
-/// log_metrics_of_file; a mesh of another dimension or place (input).
+/// The mesh of the file must be in the place of the points `requested`; notices report points outside it. Errors: those
+/// of log_metrics_of_file; a mesh of another dimension or place (input).
 template <int D>
 [[nodiscard]] Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& requested,
                                                   const Execution& execution);
@@ -374,7 +365,6 @@ template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> make_field_metric(const config::FieldMetric& metric,
                                                               const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Applies the operations of a config to a field, in order.
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricInput<D>& input,
                                                          std::span<const config::MetricOperation> operations,
@@ -382,28 +372,25 @@ template <int D>
 
 // ---------------------------------------------------------------- fields on a mesh
 
-/// A field at the vertices, or at all nodes, of a mesh.
 struct NamedField {
     std::string name;
     FieldKind kind = FieldKind::scalar;
     TransferField field;
 };
 
-/// Each component of each field, one value per node.
 [[nodiscard]] std::vector<Column<double>> scalars_of(std::span<const NamedField> fields);
 
 /// Selects fields by name, each once; no names: all. Errors: an unknown name (usage, with `where`).
 [[nodiscard]] Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields,
                                                      const std::vector<std::string>& names, const std::string& where);
 
-/// Returns a quadratic mesh; elevates a straight one. Errors: another dimension (internal), memory, stopped.
+/// Elevates a straight mesh. Errors: another dimension (internal), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> of_degree_2(const AnyMesh& mesh, const Execution& execution);
 
 /// Number of nodes in degree 2: vertices and one per edge, also for a straight mesh. Errors: those of `unique_edges`.
 [[nodiscard]] Outcome<std::size_t> nodes_in_degree_2(const AnyMesh& mesh, const Execution& execution);
 
-/// Restricts fields to the vertices (degree 1).
 [[nodiscard]] std::vector<NamedField> at_vertices(const AnyMesh& mesh, std::vector<NamedField> fields);
 
 /// Metric for fields: at the vertices of a straight mesh, at all nodes of a curved one. Each component of each field is
@@ -423,7 +410,7 @@ struct SolutionMetricResult {
 /// `recover_derivatives`; no scalar field (usage).
 [[nodiscard]] Outcome<Solution> hessians_of(const AnyMesh& mesh, const NamedField& field, const Execution& execution);
 
-/// Fields transferred to another mesh. Errors: those of `transfer`; meshes of different dimensions (input).
+/// Errors: those of `transfer`; meshes of different dimensions (input).
 struct TransferredFields {
     std::vector<NamedField> fields;
     TransferReport report;
@@ -441,7 +428,6 @@ struct TransferredFields {
 [[nodiscard]] Outcome<NamedField> field_of_expression(const AnyMesh& mesh, const std::string& expression,
                                                       const Execution& execution);
 
-/// Fields on the input mesh, or an expression.
 struct SolutionSource {
     AnyMesh mesh;
     std::vector<NamedField> fields;
@@ -502,7 +488,6 @@ template <int D>
 /// Edges whose lengths are measured: all where the output shows them.
 [[nodiscard]] MeasuredEdges reported_lengths(const config::Output& output);
 
-/// Number of edges whose node is not in the middle of the chord.
 template <int D>
 [[nodiscard]] std::size_t bent_edges(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal);
 
@@ -511,8 +496,8 @@ template <int D>
 [[nodiscard]] EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                      const Column<double>& straight, const Column<double>& lengths);
 
-/// Histograms of a run's result. Of volume edges: length reductions, lengths (also "straight") and curvatures, after
-/// correction if there are `lengths`. Of elements: scaled Jacobians "before" (proposed by `curve`) and "after"; without
+/// Histograms of a run's result. Volume edges: length reductions, lengths (also "straight") and curvatures, after
+/// correction if there are `lengths`. Elements: scaled Jacobians "before" (proposed by `curve`) and "after"; without
 /// `curve` only these, as "count". Quantities that were not measured have no entry. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end,
@@ -532,7 +517,7 @@ template <class Id, int D>
     return report;
 }
 
-/// Reports crossing facets; `box_of(facet)` locates the first pair.
+/// `box_of(facet)` locates the first crossing.
 template <int D, class BoxOf>
 [[nodiscard]] WallsReport walls_report(const Crossings& found, const BoxOf& box_of) {
     WallsReport report{.crossing = found.crossing, .touching = found.touching, .undecided = found.undecided};
@@ -560,10 +545,9 @@ template <int D>
 
 }  // namespace camber::run
 
-/// Functions that several files of the module use.
 namespace camber::run {
 
-/// Converts numbers of a config to a vector. Errors (usage): not D numbers; `what` names them.
+/// Errors (usage): not D numbers; `what` names them.
 template <int D>
 [[nodiscard]] Outcome<Vec<D>> vec(const std::vector<double>& numbers, const char* what) {
     if (numbers.size() != D)
@@ -599,7 +583,7 @@ template <int D>
     return {"node_kind", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
 }
 
-/// Metric tensors in rows, from the logs `log_at(row)`. Errors: stopped.
+/// Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<double>> tensor_rows(std::size_t rows, const auto& log_at, const Execution& execution) {
     Buffer<double> values(rows * sym_size<D>);
@@ -611,7 +595,7 @@ template <int D>
     return Column<double>(std::move(values));
 }
 
-/// Log-metrics of a field at the points `point_at(row)`. Errors: memory, stopped.
+/// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> sampled_logs(const BackMesh<D>& field, std::size_t rows,
                                                          const auto& point_at, const Execution& execution) {

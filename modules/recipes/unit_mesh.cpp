@@ -148,7 +148,7 @@ double mean(double a, std::size_t of_a, double b, std::size_t of_b) {
     return (a * static_cast<double>(of_a) + b * static_cast<double>(of_b)) / static_cast<double>(of_a + of_b);
 }
 
-/// Adds numbers; elements of `next` follow those of `all`.
+/// Merges the numbers of two ranks; elements of `next` follow those of `all`.
 void add(OfRank& all, const OfRank& next) {
     if (next.edges > 0) {
         all.shortest = all.edges == 0 ? next.shortest : std::min(all.shortest, next.shortest);
@@ -167,14 +167,12 @@ void add(OfRank& all, const OfRank& next) {
     all.elements += next.elements;
 }
 
-/// Series of a rank without its name and counts.
 struct SeriesOfRank {
     double mean = 0, least = 0, greatest = 0;
     std::size_t values = 0, not_numbers = 0;
     bool has_extremes = false;
 };
 
-/// Sums the counts of all ranks.
 Outcome<Done> add_up(Series& series, Ranks& ranks) {
     const auto counts = gather_all(ranks, Outcome<std::vector<std::size_t>>(series.counts));
     if (!counts) return fail(counts.error());

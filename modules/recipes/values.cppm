@@ -38,7 +38,7 @@ enum class ResultOfCycles : std::uint8_t { automatic, best, last };
 
 /// Cycles of the pipeline's stages, each on the mesh of the previous cycle, with an optional solver after each.
 struct Adaptation {
-    int cycles = 0;                       ///< 0: the stages run once
+    int cycles = 0;  ///< 0: the stages run once
     std::vector<double> complexity = {};
     std::vector<std::string> solve = {};
     double timeout = 0;
@@ -54,41 +54,41 @@ struct Adaptation {
         using S = Adaptation;
         return std::tuple(
             option("cycles", &S::cycles,
-                   "how often the stages run at most, each time on the mesh that they made before; 0: once, and "
-                   "nothing else of this counts")
+                   "maximum number of cycles; each cycle runs the stages on the mesh of the previous one. 0: the "
+                   "stages run once, and all other options here are ignored")
                 .at_least(0)
                 .at_most(1000),
             option("complexity", &S::complexity,
-                   "the metric's complexity by cycle, the last one for all after it; empty: as the metric says")
+                   "complexity of the metric by cycle; the last value is for all later cycles. Empty: as the metric "
+                   "defines")
                 .above(0)
                 .count(0, 1000),
             option("solve", &S::solve,
-                   "a command and its arguments, run without a shell for the solution on the first mesh and on every "
-                   "one that is made; in them {mesh} and {solution} are the files that it reads and is to write, "
-                   "{guess} the solution before, brought to the mesh, {cycle} the cycle's number, {folder} its folder. "
-                   "Empty: none. camber run takes it with --allow-commands alone")
+                   "command and its arguments, run without a shell, for the solution on the first mesh and on each new "
+                   "one. Placeholders: {mesh}, the file to read; {solution}, the file to write; {guess}, the previous "
+                   "solution on the mesh; {cycle}, the cycle's number; {folder}, its folder. Empty: none. camber run "
+                   "requires --allow-commands")
                 .count(0, 1000),
-            option("timeout", &S::timeout, "how long the command may take; 0: any time").unit("s").at_least(0),
+            option("timeout", &S::timeout, "time limit of the command; 0: none").unit("s").at_least(0),
             option("folder", &S::folder,
-                   "where the cycles are kept, each in a folder of its own; empty: beside the output's mesh, with its "
-                   "name and .cycles, where there is a command; else nothing is kept"),
-            option("mesh", &S::mesh, "the name of a cycle's mesh file, whose ending is its format"),
+                   "folder of the cycles, with one subfolder for each. Empty: if there is a command, next to the "
+                   "output's mesh, with its name and .cycles; otherwise nothing is stored"),
+            option("mesh", &S::mesh, "name of a cycle's mesh file; its extension selects the format"),
             option("solution", &S::solution,
-                   "the name of the file that the command writes: rows at the mesh's vertices or nodes, in its file's "
+                   "name of the file that the command writes: rows at the mesh's vertices or nodes, in its file's "
                    "order, or a mesh file with fields at its nodes"),
             option("exact", &S::exact,
-                   "the exact solution as an expression of x, y and z, whose errors are told by cycle; empty: not "
-                   "known"),
+                   "exact solution as an expression of x, y and z, for the errors of each cycle; empty: not known"),
             option("convergence_tolerance", &S::convergence_tolerance,
-                   "cycles end once the least error of the last complexity has fallen by no more than this share over "
-                   "two cycles; without an error, once the unit edges in the metric of the mesh's own solution rise by "
-                   "no more than a fifth of it in one; 0: never before their number")
+                   "condition to end: the minimum error of the last complexity has fallen by no more than this share "
+                   "over two cycles. Without an error: in one cycle, the share of unit edges in the metric of the "
+                   "mesh's own solution has risen by no more than a fifth of this. 0: all cycles are run")
                 .at_least(0)
                 .at_most(1),
             option("result", &S::result,
-                   "best: the mesh with the least error among those of the last complexity; last: the mesh of the last "
-                   "cycle; auto: last if the solver's command has {cycle}, with which each cycle may solve another "
-                   "problem, otherwise best"));
+                   "best: the mesh with the smallest error among those of the last complexity; last: the mesh of the "
+                   "last cycle; auto: last if the solver's command has {cycle}, with which each cycle may solve "
+                   "another problem, otherwise best"));
     }
     friend bool operator==(const Adaptation&, const Adaptation&) = default;
 };
@@ -115,12 +115,12 @@ struct ConstantMetric {
     [[nodiscard]] static constexpr auto options() {
         using S = ConstantMetric;
         return std::tuple(
-            option("sizes", &S::sizes, "one edge length, or one along each axis; empty when a tensor is given")
+            option("sizes", &S::sizes, "one edge length, or one along each axis; empty if there is a tensor")
                 .unit("model units")
                 .above(0)
                 .count(0, 3),
             option("tensor", &S::tensor,
-                   "lower triangle by rows: xx, xy, yy (2D) or xx, xy, yy, xz, yz, zz; empty when sizes are given")
+                   "lower triangle by rows: xx, xy, yy (2D) or xx, xy, yy, xz, yz, zz; empty if there are sizes")
                 .unit("1 / length²")
                 .count(0, 6));
     }
@@ -149,10 +149,10 @@ struct PlanarShock {
         using S = PlanarShock;
         return std::tuple(
             option("point", &S::point, "any point of the plane").unit("model units").count(2, 3).required(),
-            option("normal", &S::normal, "perpendicular to it, of any length").count(2, 3).required(),
+            option("normal", &S::normal, "vector perpendicular to the plane, of any length").count(2, 3).required(),
             option("min_size", &S::min_size, "size along the normal, at the plane").unit("model units").above(0),
             option("size", &S::size, "size along the plane, and everywhere away from it").unit("model units").above(0),
-            option("width", &S::width, "of the jump").unit("model units").above(0));
+            option("width", &S::width, "width of the jump").unit("model units").above(0));
     }
     friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
 };
@@ -163,11 +163,11 @@ struct SphericalShock {
     [[nodiscard]] static constexpr auto options() {
         using S = SphericalShock;
         return std::tuple(
-            option("centre", &S::centre, "of the sphere").unit("model units").count(2, 3).required(),
-            option("radius", &S::radius, "of the sphere").unit("model units").above(0),
+            option("centre", &S::centre, "centre of the sphere").unit("model units").count(2, 3).required(),
+            option("radius", &S::radius, "radius of the sphere").unit("model units").above(0),
             option("min_size", &S::min_size, "size along the radius, at the sphere").unit("model units").above(0),
             option("size", &S::size, "size along the sphere, and everywhere away from it").unit("model units").above(0),
-            option("width", &S::width, "of the jump").unit("model units").above(0));
+            option("width", &S::width, "width of the jump").unit("model units").above(0));
     }
     friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
 };
@@ -195,42 +195,43 @@ struct SolutionMetric {
     [[nodiscard]] static constexpr auto options() {
         using S = SolutionMetric;
         return std::tuple(
-            option("fields", &S::fields, "names of the solution's fields that it is for; empty: all").count(0, 1000),
-            option("degree", &S::degree, "degree of the elements that are to interpolate; 0: the solution's")
+            option("fields", &S::fields, "names of the solution's fields for the metric; empty: all").count(0, 1000),
+            option("degree", &S::degree, "degree of the interpolating elements; 0: that of the solution")
                 .at_least(0)
                 .at_most(2),
-            option("norm", &S::norm, "exponent p of the L^p norm of the error; 0: the largest error anywhere")
+            option("norm", &S::norm, "exponent p of the L^p norm of the error; 0: the maximum of the error")
                 .at_least(0),
-            option("error_of", &S::error_of, "what the norm is of: the error's values, or its gradients"),
-            option("complexity", &S::complexity, "complexity of the metric, the integral of sqrt(det M); 0: not asked")
+            option("error_of", &S::error_of, "quantity in the norm: values of the error, or its gradients"),
+            option("complexity", &S::complexity,
+                   "target complexity of the metric, the integral of sqrt(det M); 0: none")
                 .at_least(0),
-            option("vertices", &S::vertices, "or about so many vertices of the mesh; 0: not asked").at_least(0),
+            option("vertices", &S::vertices, "approximate target number of vertices; 0: none").at_least(0),
             option("elements", &S::elements,
-                   "or about so many elements; 0: not asked. Where none of the three is, as many elements as "
-                   "the mesh has")
+                   "approximate target number of elements; 0: none. Without a complexity, vertices or elements, the "
+                   "target is the number of elements of the mesh")
                 .at_least(0),
             option(
                 "gradation", &S::gradation,
-                "largest ratio of the sizes of adjacent edges; 0: not limited. Without a limit an element at the end "
-                "of a layer may reach from its sizes to those many times larger, and errors jump from cycle to cycle")
+                "largest ratio of the sizes of adjacent edges; 0: no limit. Without a limit, an element at the end of "
+                "a layer may span sizes of very different magnitude, and errors jump from cycle to cycle")
                 .at_least(0),
             option("min_size", &S::min_size, "smallest size; 0: none").unit("model units").at_least(0),
             option("max_size", &S::max_size, "largest size; 0: the domain's diameter").unit("model units").at_least(0),
             option("max_anisotropy", &S::max_anisotropy,
-                   "largest ratio of sizes; 0: none, but for the 1e5 that derivatives alone may ask for; a larger one "
-                   "raises that")
+                   "largest ratio of sizes; 0: only derivatives are limited, to 1e5. A larger value raises that limit")
                 .at_least(0),
-            option("sizes", &S::sizes, "sizes by reference; they are fixed, the solution's part is scaled beside them")
+            option("sizes", &S::sizes,
+                   "sizes by reference; they are fixed, and only the solution's part of the metric "
+                   "is scaled")
                 .count(0, 100000),
-            option("geometry", &S::geometry, "what the boundary's own surface asks for, fixed too; empty: nothing"),
-            option("intersect", &S::intersect, "files of metrics of the same mesh, fixed too").count(0, 1000));
+            option("geometry", &S::geometry, "metric of the boundary's geometry, also fixed; empty: none"),
+            option("intersect", &S::intersect, "metric files of the same mesh, also fixed").count(0, 1000));
     }
     friend bool operator==(const SolutionMetric&, const SolutionMetric&) = default;
 };
 using Metric = std::variant<NaturalMetric, FilePath, ConstantMetric, SurfaceMetric, FieldMetric, MetricExpression,
                             SizesMetric, GeometryMetric, SolutionMetric>;
 
-/// Operations on the metric, applied in order before stages use it.
 struct Intersect {
     Metric metric;
     friend bool operator==(const Intersect&, const Intersect&) = default;
@@ -253,7 +254,7 @@ struct Complexity {
 
     [[nodiscard]] static constexpr auto options() {
         using S = Complexity;
-        return std::tuple(option("target", &S::target, "the wanted complexity").above(0).required());
+        return std::tuple(option("target", &S::target, "requested complexity").above(0).required());
     }
     friend bool operator==(const Complexity&, const Complexity&) = default;
 };
@@ -279,15 +280,14 @@ struct Input {
         using S = Input;
         return std::tuple(option(
             "flat", &S::flat,
-            "what a file's triangles are that have no tetrahedra and one z: a plane mesh in 2D, written with its z "
-            "again; or a surface in space"));
+            "interpretation of a file with triangles in one plane z = constant and no tetrahedra. plane: a mesh in 2D, "
+            "written with its z; surface: a surface in space"));
     }
     friend bool operator==(const Input&, const Input&) = default;
 };
 
 // ---------------------------------------------------------------- the solution
 
-/// Fields at the nodes of the input mesh; they are transferred to the result.
 struct SolutionInput : TransferOptions {
     std::string file = {};
     std::string expression = {};
@@ -300,16 +300,16 @@ struct SolutionInput : TransferOptions {
             std::tuple(
                 option("file", &S::file,
                        "rows at the vertices or nodes of the input, or a file of the same mesh with fields at its "
-                       "nodes; empty: the fields of the input's own file, if any"),
-                option(
-                    "expression", &S::expression,
-                    "in place of a file: a function of x, y and z as check --field takes it, evaluated at the nodes"),
+                       "nodes; empty: the fields of the input's file, if any"),
+                option("expression", &S::expression,
+                       "function of x, y and z in place of a file, with the syntax of check --field, evaluated at the "
+                       "nodes"),
                 option("fields", &S::fields,
-                       "names of those that are taken, field_1 and so on in a file of rows; empty: all")
+                       "names of the fields to use, field_1 and so on in a file of rows; empty: all")
                     .count(0, 1000),
                 option("weights", &S::weights,
-                       "objective solution: what each field's error counts beside the others', in units in which their "
-                       "ranges are alike, in the order of the fields; empty: 1 each")
+                       "objective solution: weights of the fields' errors, in the order of the fields and in units in "
+                       "which their ranges are alike; empty: 1 each")
                     .count(0, 1000)),
             TransferOptions::options());
     }
@@ -329,8 +329,9 @@ struct Plane {
 
     [[nodiscard]] static constexpr auto options() {
         using S = Plane;
-        return std::tuple(option("point", &S::point, "any point of it").unit("model units").count(2, 3).required(),
-                          option("normal", &S::normal, "perpendicular to it, of any length").count(2, 3).required());
+        return std::tuple(
+            option("point", &S::point, "any point of the plane").unit("model units").count(2, 3).required(),
+            option("normal", &S::normal, "vector perpendicular to the plane, of any length").count(2, 3).required());
     }
     friend bool operator==(const Plane&, const Plane&) = default;
 };
@@ -367,7 +368,7 @@ struct Torus {
         return std::tuple(
             option("centre", &S::centre, "its centre").unit("model units").count(3, 3).required(),
             option("axis", &S::axis, "direction of its axis of rotation, of any length").count(3, 3).required(),
-            option("major_radius", &S::major_radius, "from the centre to the middle of the tube")
+            option("major_radius", &S::major_radius, "distance from the centre to the middle of the tube")
                 .unit("model units")
                 .above(0)
                 .required(),
@@ -403,20 +404,21 @@ struct Cad {
     [[nodiscard]] static constexpr auto options() {
         using S = Cad;
         return std::tuple(
-            option("file", &S::file, "the model: .step, .stp, .iges, .igs or .brep").required(),
+            option("file", &S::file, "file of the model: .step, .stp, .iges, .igs or .brep").required(),
             option_of(&CadOptions::unit).as(&S::unit),
             option("references", &S::references,
-                   "references of the boundary facets that lie on the model; the rest takes the surrogate. Empty: all "
-                   "but those of \"analytic\"")
+                   "references of the boundary facets on the model; the others have the surrogate as geometry. Empty: "
+                   "all except those of \"analytic\"")
                 .count(0, 100000),
-            option("analytic", &S::analytic, "surfaces by their equations beside it, as in \"analytic\""),
+            option("analytic", &S::analytic, "analytic surfaces next to the model, as in \"analytic\""),
             option("vertices", &S::vertices,
-                   "vertices that are off the model: keep, where they are; move, onto it, as far as elements allow"),
+                   "vertices that are off the model. keep: they are not moved; move: they are moved onto it, as far as "
+                   "elements allow"),
             option("timeout", &S::timeout,
-                   "how long reading the model may take; 0: 10, and 1 for each megabyte of its file")
+                   "time limit for reading the model; 0: 10, plus 1 for each megabyte of its file")
                 .unit("s")
                 .at_least(0),
-            option("memory", &S::memory, "how much memory reading the model may take; 0: 1000, and 50 times its file")
+            option("memory", &S::memory, "memory limit for reading the model; 0: 1000, plus 50 times its file")
                 .unit("MB")
                 .at_least(0));
     }
@@ -433,8 +435,9 @@ struct Features {
         return std::tuple(
             option_of(&FeatureOptions<3>::ridge_angle_degrees).as(&Features::ridge_angle),
             option("required_boundary", &Features::required_boundary,
-                   "nodes of required edges and facets on the boundary: keep, where they are; geometry, onto it as all "
-                   "others. In the volume they always stay, and so do required vertices"));
+                   "nodes of required edges and facets on the boundary. keep: they are fixed; geometry: they are "
+                   "placed on the geometry like all others. Required vertices, and required nodes in the volume, are "
+                   "always fixed"));
     }
     friend bool operator==(const Features&, const Features&) = default;
 };
@@ -460,7 +463,6 @@ using Relax = RepairOptions;
 struct Commit {
     friend bool operator==(const Commit&, const Commit&) = default;
 };
-/// Options of the stages `curve` and `relax`, applied to cavities.
 struct Reinsert {
     Curve curve;
     Relax relax;
@@ -469,14 +471,12 @@ struct Reinsert {
     [[nodiscard]] static constexpr auto options() {
         using S = Reinsert;
         return std::tuple(
-            option("curve", &S::curve, "how a cavity's edges find their nodes: the options of the stage curve"),
-            option("relax", &S::relax,
-                   "what a cavity does about elements that are not valid: the options of the stage relax"),
+            option("curve", &S::curve, "options of the stage curve, for the edges of a cavity"),
+            option("relax", &S::relax, "options of the stage relax, for the invalid elements of a cavity"),
             option_of(&ReinsertionOptions::max_sweeps).as(&S::max_sweeps));
     }
     friend bool operator==(const Reinsert&, const Reinsert&) = default;
 };
-/// Remeshing passes, and iterations of them.
 using Collapse = CollapseOptions;
 using Split = SplitOptions;
 using Swap = SwapOptions;
@@ -500,8 +500,8 @@ struct Remesh : ToMetricOptions, RemeshBlocksOptions {
         using S = Remesh;
         return std::tuple_cat(
             std::tuple(option("objective", &S::objective,
-                              "degree 2: what inner edges are curved for, as in the stage curve: accuracy, energy or "
-                              "length; auto: that of a stage curve before, else accuracy")),
+                              "degree 2: objective for nodes of inner edges, as in the stage curve: accuracy, energy "
+                              "or length; auto: that of an earlier stage curve, else accuracy")),
             RemeshBlocksOptions::options(), ToMetricOptions::options());
     }
     friend bool operator==(const Remesh&, const Remesh&) = default;
@@ -521,33 +521,31 @@ struct Output {
     [[nodiscard]] static constexpr auto options() {
         using S = Output;
         return std::tuple(
-            option("mesh", &S::mesh, "the mesh, in the format of its ending; empty: none"),
+            option("mesh", &S::mesh, "file of the mesh; its extension selects the format. Empty: none"),
             option("format", &S::format,
-                   "the mesh's format by its name, whatever its ending; empty: that of the ending, and where the input "
-                   "is of a format with the same ending, that one: text stays text"),
-            option("report", &S::report, "the figures of the run, as JSON; empty: none"),
+                   "name of the mesh's format. Empty: by the extension; if the input has the same extension, the "
+                   "format of the input, so that text stays text"),
+            option("report", &S::report, "file of the run's report, as JSON; empty: none"),
             option("vtu", &S::vtu,
-                   "the mesh with the run's fields (Jacobians, curvatures, length reductions, metric …) for ParaView "
-                   "(.vtu), "
-                   "beside the mesh; empty: none"),
+                   "VTU file for ParaView: the mesh with the run's fields (Jacobians, curvatures, length reductions, "
+                   "metric …); empty: none"),
             option_of(&VtuOptions::cells).as(&S::vtu_cells),
             option(
                 "metric", &S::metric,
-                "the metric that edges followed, after its operations, at the vertices: a solution (.sol, .solb), or "
-                "on the mesh in a format that has fields (.vtu); empty: none"),
+                "file of the metric after its operations, at the vertices: a solution (.sol, .solb), or with the mesh "
+                "in a format that has fields (.vtu); empty: none"),
             option("solution", &S::solution,
-                   "the solution's fields on the mesh that was made: rows in its file's order (.sol, .solb), or with "
-                   "the mesh in a format that has fields; empty: in the mesh's own file, if its format has fields"),
-            option("plots", &S::plots, "a folder for histograms of the run as SVG files; empty: none"),
-            option("page", &S::page,
-                   "the mesh and the figures of the run as a page for a browser (.html); empty: none"),
+                   "file of the solution's fields on the new mesh: rows in the order of its file (.sol, .solb), or "
+                   "fields with the mesh (.vtu, for example). Empty: in the mesh's file, if its format has fields"),
+            option("plots", &S::plots, "folder for histograms of the run as SVG files; empty: none"),
+            option("page", &S::page, "page for a browser (.html) with the mesh and the report of the run; empty: none"),
             option(
                 "distances", &S::distances,
-                "which distances the report has: boundary, the largest from the curved boundary to the geometry; both, "
-                "also from the geometry to the boundary, largest and mean of each surface and curve"),
+                "distances in the report. boundary: the largest from the curved boundary to the geometry; both: also "
+                "from the geometry to the boundary, largest and mean of each surface and curve"),
             option("partition", &S::partition,
-                   "the mesh in so many parts for a solver, as files with numbers in their names beside it, or of a "
-                   ".pvtu, which names them; 0: as one file")
+                   "number of parts of the mesh for a solver; 0: one file. The parts are files with numbers in their "
+                   "names, next to the mesh file or to a .pvtu that names them")
                 .at_least(0)
                 .at_most(1 << 20)
                 .unit("parts"));
@@ -579,26 +577,26 @@ struct Pipeline {
     [[nodiscard]] static constexpr auto options() {
         using S = Pipeline;
         return std::tuple(
-            option("input", &S::input, "where the mesh comes from").required(),
-            option("solution", &S::solution, "fields that are known on it, which go along"),
-            option("metric", &S::metric, "the field of sizes and directions that edges follow"),
-            option(
-                "metric_mesh", &S::metric_mesh,
-                "the mesh whose vertices or, of a curved one, nodes the metric file's rows are at; empty: the input"),
-            option("metric_operations", &S::metric_operations, "what is done to the metric first, in this order")
+            option("input", &S::input, "mesh file, or shape to generate").required(),
+            option("solution", &S::solution, "fields on the input mesh, which are transferred to the result"),
+            option("metric", &S::metric, "field of sizes and directions for the edges"),
+            option("metric_mesh", &S::metric_mesh,
+                   "mesh whose vertices (or nodes, if it is curved) the rows of the metric file belong to; empty: the "
+                   "input"),
+            option("metric_operations", &S::metric_operations, "operations on the metric, applied in this order")
                 .count(0, 1000),
-            option("geometry", &S::geometry, "the shape that boundary nodes are put onto"),
+            option("geometry", &S::geometry, "geometry onto which boundary nodes are placed"),
             option("features", &S::features, "ridges of the boundary"),
             option("geometry_tolerance", &S::geometry_tolerance,
-                   "how far nodes and vertices of the boundary may be from the geometry in the end: beyond it the exit "
-                   "code is 1"),
+                   "limits for the distance of boundary nodes and vertices from the geometry in the result; beyond "
+                   "them the exit code is 1"),
             option("geometry_bound", &S::geometry_bound,
-                   "limit of the distance between the boundary and the geometry while passes change the mesh, where "
-                   "the metric has no chord_error: default is a hundredth of the size of each surface, and along an "
-                   "edge a turn of 30 degrees, with degree 2 of 90"),
-            option("stages", &S::stages, "what is done, in this order").count(0, 1000),
-            option("adapt", &S::adapt, "cycles of them, and the solver that is asked in between"),
-            option("threads", &S::threads, "threads to use; 0: all that the machine has").at_least(0).at_most(4096),
+                   "limit of the distance between the boundary and the geometry while passes change the mesh, if the "
+                   "metric has no chord_error. default: a hundredth of the size of each surface, and along an edge a "
+                   "turn of 30 degrees (degree 2: 90); none: no limit"),
+            option("stages", &S::stages, "stages to run, in this order").count(0, 1000),
+            option("adapt", &S::adapt, "cycles of the stages, with a solver between them"),
+            option("threads", &S::threads, "number of threads; 0: all of the machine").at_least(0).at_most(4096),
             option("output", &S::output, "files to write"));
     }
     friend bool operator==(const Pipeline&, const Pipeline&) = default;

@@ -98,7 +98,6 @@ std::string name_place(const Barycentric<D>& at, const std::vector<std::size_t>&
     return "inside";
 }
 
-/// True if the straight element is flat to rounding.
 template <int K>
 bool is_flat(const BoundedJacobian<K>& jacobian) {
     return !(std::abs(jacobian.straight) > 2 * jacobian.error);
@@ -133,9 +132,15 @@ std::string describe_wall(const Judged<D>& judged, ElementId e) {
                                      [](const WallElement& wall, ElementId id) { return wall.element < id; });
     if (at == walls.end() || at->element != e) return {};
     const std::size_t a = judged.report.numbers(at->hinge[0].index());
-    if (D == 2) return fmt::format("two edges on one smooth wall (at vertex {}): curved, it needs a swap", a);
-    return fmt::format("two faces on one smooth wall (edge {}-{}): its nodes cannot make it good, it needs a swap", a,
-                       judged.report.numbers(at->hinge[1].index()));
+    if (D == 2)
+        return fmt::format(
+            "two edges on one smooth wall (at vertex {}): when it is curved, the element needs "
+            "a swap",
+            a);
+    return fmt::format(
+        "two faces on one smooth wall (edge {}-{}): no position of its nodes makes the element good; it "
+        "needs a swap",
+        a, judged.report.numbers(at->hinge[1].index()));
 }
 
 struct Facts {
@@ -150,7 +155,7 @@ std::string reason_text(const ElementReport& element, const Facts& facts) {
         element.verdict == Verdict::invalid ? upper_bound_text(value) : fmt::format("{:.4g}", value);
     if (facts.flat) return fmt::format("flat when straight, and det J = {} {}", bound_text, facts.where);
     if (element.verdict == Verdict::valid && std::abs(value - 1) < 1e-6) return "as good as straight";
-    if (facts.inverted_all_over) return "inverted: det J is negative all over";
+    if (facts.inverted_all_over) return "inverted: det J is negative everywhere";
     const std::string share = fmt::format("det J = {} of the straight element's {}", bound_text, facts.where);
     switch (element.verdict) {
         case Verdict::valid: return *element.straight_inverted ? share + "; inverted when straight, yet valid" : share;
@@ -167,7 +172,7 @@ void describe_curved(const BoundedJacobian<K>& jacobian, const auto& nodes, cons
                      double bound, ElementReport& element) {
     const auto low = find_low_place(jacobian, nodes, element.verdict, bound);
     if (!low) {
-        element.reason = "invalid in a place that no numbers of a double's digits name";
+        element.reason = "invalid at a point that double-precision numbers cannot represent";
         return;
     }
     Barycentric<K> place = low->at;

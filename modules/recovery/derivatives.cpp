@@ -1,4 +1,4 @@
-// Derivatives at vertices and normal gradients at boundaries.
+// Derivatives of fields at vertices, and normal gradients on facets.
 module;
 #include <algorithm>
 #include <array>
@@ -20,16 +20,16 @@ namespace camber {
 
 namespace {
 
-/// Minimum `Fit::independence`. Noise of values grows by the root of its inverse. Inside meshes, independence is at
-/// least 0.004 for degree k + 2 and about 0.001 for k + 3.
+/// Minimum `Fit::independence`. Noise of the values is amplified by 1/sqrt(independence). For fields of degree k,
+/// independence inside meshes is at least 0.004 for degree k + 2, and about 0.001 for k + 3.
 constexpr double min_independence = 1e-4;
-/// Nodes requested per coefficient of degree P. Polynomials that boundary rows use need more, since noise grows outside
-/// their nodes.
+/// Nodes requested per coefficient of a polynomial of degree P. Polynomials that boundary rows use need more, because
+/// noise grows outside the region of the nodes.
 constexpr double nodes_per_coefficient = 4;
 template <int D>
 constexpr double nodes_per_shared_coefficient = D == 2 ? 6 : 9;
-/// Nodes per coefficient: required for degree k + 3, required for k + 2 or k + 1, and requested for boundary rows
-/// without inner fits.
+/// Numbers of nodes per coefficient for fields of degree k. `surplus_nodes`: required for degree k + 3. `few_nodes`:
+/// required for k + 2 and k + 1. `own_nodes`: requested for boundary rows without inner fits.
 constexpr double surplus_nodes = 3, few_nodes = 1.3, own_nodes = 2;
 constexpr std::size_t fit_grain = 64;
 
@@ -88,7 +88,6 @@ class Recovery {
     }
 
   private:
-    /// Coordinate system of a row's polynomials, stored for other rows.
     struct StoredFrame {
         Vec<D> origin;
         Mat<D> whitened_by;
@@ -162,7 +161,6 @@ class Recovery {
         work.fit.place(work.offsets, std::numeric_limits<double>::epsilon() * largest, options_.core);
     }
 
-    /// Degree to fit, minimum acceptable degree, and requested number of nodes.
     struct FitRequest {
         int degree, least;
         double nodes;
@@ -184,8 +182,8 @@ class Recovery {
         return 0;
     }
 
-    /// Gathers the requested nodes around a vertex, and more until they determine a polynomial of sufficient degree.
-    /// Returns the degree, which is too low if the rings end first.
+    /// Gathers rings of nodes around a vertex: the requested number, and more until they determine a polynomial of
+    /// degree `least`. Returns the degree that the nodes determine, which is lower if the rings end.
     int gather(Work& work, VertexId v, Reference material, const FitRequest& request) const {
         const auto grow = [&] { return work.rings.count() < options_.max_rings && work.rings.grow(); };
         work.rings.begin(v, material);
@@ -200,13 +198,13 @@ class Recovery {
         }
     }
 
-    /// Lowers the requested degree until the nodes determine it: they may be few, or in few layers.
+    /// Fits the highest degree that the nodes determine: nodes may be few, or in few layers.
     int determine(Work& work, VertexId v, std::size_t row) const {
         FitRequest request = fit_request(row);
         for (;;) {
             const int degree = gather(work, v, rows_.materials.items[row], request);
             if (degree >= request.least) return degree;
-            // A lower degree needs fewer rings.
+            // A lower degree needs fewer rings of nodes.
             request = {degree, degree, few_nodes * monomials_up_to<D>(degree)};
         }
     }
@@ -232,7 +230,6 @@ class Recovery {
         }
     }
 
-    /// Converts derivatives by y to derivatives by x, in field units.
     static Derivatives<D> by_place(const Polynomial& p, const Derivatives<D>& by_y, const Mat<D>& whitened_by) {
         Derivatives<D> d = pulled_back(by_y, whitened_by);
         for (double& c : d.gradient.c) c = p.unit.times(c);
@@ -425,7 +422,6 @@ using ByReference = std::map<Reference, NormalGradients>;
 Vec<2> normal_to(const std::array<Vec<2>, 1>& columns) { return {{columns[0][1], -columns[0][0]}}; }
 Vec<3> normal_to(const std::array<Vec<3>, 2>& columns) { return cross(columns[0], columns[1]); }
 
-/// Unit normals at a facet's corners; zero if degenerate.
 template <int D>
 std::array<Vec<D>, D> normals_at_corners(const QuadraticMesh<D>& mesh, FacetId f) {
     const QuadraticSimplex<D - 1, D> facet = facet_of(mesh, f);
@@ -463,7 +459,6 @@ class AtFacets {
     }
 
   private:
-    /// Normal derivatives at a facet's corners; 0 without an element.
     [[nodiscard]] std::array<double, D> at_corners(FacetId f) const {
         const auto& corners = mesh_.linear.facets.vertices[f];
         const auto normals = normals_at_corners(mesh_, f);

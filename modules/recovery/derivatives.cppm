@@ -16,10 +16,10 @@ import camber.bezier;
 
 export namespace camber {
 
-/// Rows of vertex values that may jump between materials. A vertex has one row for each reference among its elements.
+/// Numbering of vertex values that may jump between materials. A vertex has one row for each reference of its elements.
 /// Rows are ordered by vertex.
 struct MaterialRows {
-    Incidence<Reference> materials;  ///< references around each vertex, one per row, ascending
+    Incidence<Reference> materials;  ///< references of the elements around each vertex, ascending; each is one row
 
     [[nodiscard]] std::size_t size() const { return materials.items.size(); }
     [[nodiscard]] std::size_t vertices() const { return materials.size(); }
@@ -35,7 +35,7 @@ struct MaterialRows {
     }
 };
 
-/// Row of element e's material at its local vertex i. `rows` must belong to this mesh.
+/// Precondition: `rows` belong to this mesh.
 template <int D>
 [[nodiscard]] std::size_t row_of(const MaterialRows& rows, const LinearMesh<D>& mesh, ElementId e, int i) {
     return *rows.row(mesh.elements.vertices[e][i], mesh.elements.references[e]);
@@ -46,8 +46,8 @@ template <int D>
 [[nodiscard]] Outcome<MaterialRows> material_rows(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   const Execution& execution);
 
-/// 1 for rows on their material's boundary: the vertex is on a face that only one element of the material has. Errors:
-/// those of `neighbours`; memory; stopped.
+/// Marks rows on the boundary of their material with 1. The vertex of such a row is on a face with only one element of
+/// the material. Errors: those of `neighbours`; memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<std::uint8_t>> boundary_rows(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           const MaterialRows& rows, const Execution& execution);
@@ -94,8 +94,8 @@ struct RecoveryOptions {
 };
 
 enum class RowSource : std::uint8_t {
-    own_fit,     ///< polynomial fitted to the nodes around the vertex
-    inner_fits,  ///< on the material's boundary: mean of the polynomials of inner vertices nearby
+    own_fit,     ///< from a polynomial fitted to the nodes around the vertex
+    inner_fits,  ///< row on the material's boundary: mean of the polynomials of inner vertices nearby
 };
 
 /// Derivatives of a field for each row of `MaterialRows`, in field units per length.
@@ -103,31 +103,32 @@ template <int D>
 struct FieldDerivatives {
     Column<Vec<D>> gradients;
     Column<Sym<D>> hessians;
-    Column<CubicForm<D>> thirds;  ///< for degree 2 only
+    Column<CubicForm<D>> thirds;  ///< third derivatives, only for fields of degree 2
 };
 
-/// Derivatives at the vertices; between materials, one row for each side.
+/// Derivatives of fields at vertices. A vertex between materials has one row for each material.
 template <int D>
 struct RecoveredDerivatives {
     MaterialRows rows;
     int degree = 1;
-    std::vector<FieldDerivatives<D>> fields;  ///< in input order
-    Column<RowSource> sources;                ///< one per row
+    std::vector<FieldDerivatives<D>> fields;
+    Column<RowSource> sources;
     /// Polynomial degree of each row, at most k + 3 for fields of degree k; higher derivatives are 0.
     Column<std::uint8_t> polynomial_degrees;
-    std::size_t from_inner_fits = 0;  ///< number of rows
-    std::size_t lower_degree = 0;     ///< number of rows of degree below k + 2
-    std::size_t missing = 0;          ///< number of rows of degree below k + 1: the highest derivatives are 0
+    std::size_t from_inner_fits = 0;  ///< number of rows with source `inner_fits`
+    std::size_t lower_degree = 0;     ///< number of rows of degree below k + 2 (fields of degree k)
+    std::size_t missing = 0;  ///< number of rows of degree below k + 1 (fields of degree k): highest derivatives are 0
 };
 
-/// Recovers derivatives of fields at the vertices. Fields have values at the vertices (degree k = 1) and then at the
-/// edges, in the order of `mesh.edges` (k = 2). The number of values determines k; k = 1 ignores `edges` and
-/// `mid_nodes`. Fields of one call share stencils; results are bitwise those of separate calls.
+/// Recovers derivatives of fields at the vertices. A field of degree k = 1 has one value for each vertex. A field of
+/// degree k = 2 also has one for each edge, after those of the vertices, in the order of `mesh.edges`. The number of
+/// values determines k. For k = 1, `edges` and `mid_nodes` of the mesh are ignored. Results are bitwise independent of
+/// the other fields in the call, which share stencils.
 ///
-/// At vertices inside a material, a polynomial of degree k + 3 is fitted to rings of nodes, in coordinates whitened by
-/// the nodes' covariance. Boundary vertices average polynomials of inner vertices nearby. Polynomials of degree k + 2
-/// are recovered exactly, except at rows of `lower_degree`. Method: docs/algorithms/recovery.md (after Zhang and Naga,
-/// SIAM J. Sci. Comput. 26, 2005).
+/// At a vertex inside a material, a polynomial of degree k + 3 is fitted to rings of nodes, in coordinates whitened by
+/// the covariance of the nodes. A boundary vertex gets the mean of the polynomials of inner vertices nearby.
+/// Polynomials of degree k + 2 are recovered exactly, except in the rows that `lower_degree` counts. Method:
+/// docs/algorithms/recovery.md (after Zhang and Naga, SIAM J. Sci. Comput. 26, 2005).
 ///
 /// Errors: usage (numbers of values that differ or do not match the mesh; a value that is not finite; options or
 /// derivatives out of range), input (not one reference per element; a node without finite coordinates; more than two
@@ -138,7 +139,6 @@ template <int D>
                                                                    const RecoveryOptions& options,
                                                                    const Execution& execution);
 
-/// Overload for degree 1.
 template <int D>
 [[nodiscard]] Outcome<RecoveredDerivatives<D>> recover_derivatives(const LinearMesh<D>& mesh,
                                                                    std::span<const Column<double>> fields,
@@ -147,40 +147,42 @@ template <int D>
     return recover_derivatives<D>(QuadraticMesh<D>{mesh, {}, {}}, fields, options, execution);
 }
 
-/// Degree of the lattice of points α/5 in an element. An element's polynomial is stored by its values there, in the
-/// order of `multi_indices`, minus the first value.
+/// An element's polynomial is stored as its values at the lattice points with barycentric coordinates α/5. α: integers
+/// with sum 5, in the order of `multi_indices`. The first value is subtracted from all.
 inline constexpr int lattice_degree = 5;
 template <int D>
 using LatticeValues = std::array<float, node_count<lattice_degree, D>>;
 
-/// Fits least-squares polynomials to fields in each element, from nodal values as for `recover_derivatives`, of degree
-/// k + 3, or lower with few nodes. Only nodes of the element's material count, near ones with more weight. Unlike
-/// derivatives at vertices, the polynomials resolve layers as thin as an element. Returns values in the elements of \p
-/// curved, the same mesh with other mid nodes. Method: docs/algorithms/solution-nodes.md.
+/// Fits a least-squares polynomial to each field in each element, from nodal values as in `recover_derivatives`. For
+/// fields of degree k, the degree is k + 3, or lower if nodes are few. Uses only nodes of the element's material; near
+/// nodes have more weight. Unlike derivatives at vertices, these polynomials resolve layers as thin as an element.
+/// Returns their values in the elements of \p curved, which is the same mesh with other mid nodes. Method:
+/// docs/algorithms/solution-nodes.md.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Column<LatticeValues<D>>>> element_values(const QuadraticMesh<D>& mesh,
                                                                             std::span<const Column<double>> fields,
                                                                             const QuadraticMesh<D>& curved,
                                                                             const Execution& execution);
 
-/// Creates one evaluator for each thread. An evaluator writes values at points into a span of the same size.
+/// Creates an evaluator; each thread needs its own. An evaluator stores the function's values at points in a span of
+/// the same size.
 template <int D>
 using FunctionOfPosition = std::function<std::function<void(std::span<const Vec<D>>, std::span<double>)>()>;
 
-/// Lattice values in units of 2^exponent.
+/// Lattice values of a function in the unit 2^`exponent`.
 template <int D>
 struct FunctionValues {
     Column<LatticeValues<D>> rows;
     int exponent = 0;
 };
-/// Samples a function at the lattices of elements. Errors: usage (a function without finite values in an element);
-/// memory; stopped.
+/// Samples a function at the lattice points of each element. Errors: usage (a function without finite values in an
+/// element); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<FunctionValues<D>> element_values(const QuadraticMesh<D>& mesh,
                                                         const FunctionOfPosition<D>& function,
                                                         const Execution& execution);
 
-/// Exponent of the power of two that is about the range of the values; 0 for constant, empty or non-finite values.
+/// Exponent of a power of two near the range of the values. 0 for constant, empty or non-finite values.
 [[nodiscard]] inline int range_exponent(std::span<const double> values) {
     if (values.empty()) return 0;
     const auto [least, largest] = std::minmax_element(values.begin(), values.end());
@@ -188,8 +190,8 @@ template <int D>
     return half_range > 0 && std::isfinite(half_range) ? std::ilogb(half_range) : 0;
 }
 
-/// Scales a field by a power of two to a range of about 1. Products of derivatives then stay in range, and results are
-/// bitwise independent of the user's unit.
+/// Divides a field by a power of two, so that its range is about 1. Products of derivatives then do not overflow, and
+/// results are bitwise independent of the user's unit.
 [[nodiscard]] inline Column<double> in_unit_range(const Column<double>& values) {
     const int exponent = range_exponent(values);
     if (exponent == 0) return values;
@@ -200,39 +202,40 @@ template <int D>
 
 enum class NodeOrder : std::uint8_t {
     plausible,            ///< no evidence against the order, or too few different values
-    by_first_element,     ///< certain: edge values are in the order in which elements first contain the edges
-    unrelated_mid_nodes,  ///< certain: vertex values are related, but edge values are not related to those of the
-                          ///< edge's ends
-    unrelated,            ///< neighbouring values are no more alike than in random order
+    by_first_element,     ///< certain: edge values are in another order, that of the first elements with the edges
+    unrelated_mid_nodes,  ///< certain: neighbouring vertex values are related, but edge values are not related to the
+                          ///< values at the edges' ends
+    unrelated,            ///< neighbouring values are as different as in a random order
 };
 
-/// Verdict, with correlations: between neighbouring vertices, and of edge values with the mean of the ends (degree 2).
+/// Verdict and correlations: between neighbouring vertices, and (degree 2) between edge values and the mean of the
+/// ends' values.
 struct NodeOrderCheck {
     NodeOrder order = NodeOrder::plausible;
     double between_vertices = 1, between_ends_and_middle = 1;
 };
 
-/// Checks that the order of vertex and edge values matches the mesh. Values are compressed by asinh((u − median)/(10⁻³
-/// range)), which limits the weight of few large values and of noise of 10⁻⁶. Method: docs/algorithms/recovery.md.
-/// Errors: usage (numbers of values that do not match the mesh); stopped, memory.
+/// Checks that the order of vertex and edge values matches the mesh. First compresses the values u by asinh((u −
+/// median)/(10⁻³ range)), which limits the weight of a few large values. Noise of 10⁻⁶ then has little weight, too.
+/// Method: docs/algorithms/recovery.md. Errors: usage (numbers of values that do not match the mesh); stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<NodeOrderCheck> check_node_order(const QuadraticMesh<D>& mesh, const Column<double>& values,
                                                        const Execution& execution);
 
 struct NormalGradients {
     Reference reference = 0;
-    double area = 0;      ///< of straight facets
-    double integral = 0;  ///< ∫ |∂u/∂n|
-    double squares = 0;   ///< ∫ (∂u/∂n)²
+    double area = 0;      ///< area of the straight facets
+    double integral = 0;  ///< ∫ |g|, where g is the combined normal derivative
+    double squares = 0;   ///< ∫ g²
 };
 
-/// Normal derivatives on facets of boundary and interfaces, by ascending reference. At a facet's corner, the fields f
-/// together give
+/// Integrates normal derivatives over the facets of each reference, on boundary and interfaces. References are
+/// ascending. At a facet's corner, the fields f together give
 ///
-///     sqrt(Σ_f (weight_f ∂u_f/∂n)²),
+///     g = sqrt(Σ_f (weight_f ∂u_f/∂n)²).
 ///
-/// with the normal of the curved facet and derivatives in an adjacent element; interfaces use the side with the larger
-/// value. Integrals are sums over corners. `balls`: elements around each vertex; \p derivatives: result of
+/// n is the normal of the curved facet, and ∂u_f/∂n comes from an adjacent element. On interfaces, it is the side with
+/// the larger g. Integrals are sums over corners. `balls`: elements around each vertex; \p derivatives: result of
 /// `recover_derivatives` for \p mesh. Errors: usage (not one weight per field); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<std::vector<NormalGradients>> normal_gradients(const QuadraticMesh<D>& mesh,

@@ -1,4 +1,4 @@
-// Evaluates fits and functions at the lattices of elements.
+// Evaluates fitted polynomials and functions at the lattice points of elements.
 module;
 #include <algorithm>
 #include <array>
@@ -17,11 +17,10 @@ namespace camber {
 
 namespace {
 
-/// Weights of nodes are 1/(core + |y|), where |y| ≤ 1 is the distance from the element's middle in whitened
-/// coordinates.
+/// `core` in the weights 1/(core + |y|) of nodes. |y| ≤ 1 is the distance of a node from the element's middle in
+/// whitened coordinates.
 constexpr double near_core = 0.05;
 constexpr double own_surplus = 1.2;
-/// Minimum `Fit::independence`.
 constexpr double enough_independence_within = 1e-7;
 constexpr int most_rings = 5;
 constexpr std::size_t elements_at_once = 64;
@@ -54,7 +53,8 @@ class ElementFits {
     }
 
   private:
-    /// Gathers nodes for degree P, as far as available, and factorises. Returns the degree that the nodes determine.
+    /// Gathers nodes for a polynomial of degree P, if available, and factorises. Returns the degree that the nodes
+    /// determine.
     int place(ElementId e) {
         rings_.begin(e);
         const auto grow = [&] { return rings_.count() < most_rings && rings_.grow(); };

@@ -1,5 +1,5 @@
-// Example of camber.recovery: compares recovered derivatives of a bump on a lattice of quadratic triangles with the
-// exact derivatives.
+// Example of camber.recovery: recovers derivatives of a bump from its values on a lattice of quadratic triangles, and
+// compares them with the exact derivatives.
 #include <algorithm>
 #include <array>
 #include <cmath>

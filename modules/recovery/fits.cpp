@@ -29,7 +29,7 @@ void find_materials(const LinearMesh<D>& mesh, std::span<const ElementId> ball, 
     materials.clear();
     for (const ElementId e : ball) {
         const Reference material = mesh.elements.references[e];
-        // Mostly there is only one material, so duplicates are removed before sorting.
+        // Usually there is only one material, so duplicates are removed before sorting.
         if (std::find(materials.begin(), materials.end(), material) == materials.end()) materials.push_back(material);
     }
     std::sort(materials.begin(), materials.end());
@@ -205,9 +205,9 @@ void Fit<D, P>::sum_moments() {
     });
 }
 
-/// Factorises G = S M S = Uᵀ U, where M is the moment matrix and S makes G_ii = 1. U_ii² is the part of the i-th
-/// monomial that is independent of the earlier ones. Works row by row, so that the innermost loop has independent
-/// items.
+/// Factorises G = S M S = Uᵀ U, where M is the moment matrix and the diagonal matrix S makes G_ii = 1. U_ii² is the
+/// part of the i-th monomial that is independent of the earlier ones. Works row by row, so that items of the innermost
+/// loop are independent.
 template <int D, int P>
 void Fit<D, P>::factorise() {
     independence_.fill(1);
@@ -234,7 +234,8 @@ void Fit<D, P>::factorise() {
     });
 }
 
-/// Adds to c the δ with Σ w² y^α (y^β δ_β − (u − p_c)) = 0 for all α, where p_c is the polynomial with coefficients c.
+/// Adds a correction δ to the coefficients c, with Σ w² y^α (y^β δ_β − (u − p_c)) = 0 for all exponents α. p_c:
+/// polynomial with coefficients c. The sum is over β and the nodes (position y, value u, weight w).
 template <int D, int P>
 void Fit<D, P>::correct(Coefficients<D, P>& c, std::size_t unknowns) const {
     std::array<double, size> x{};

@@ -31,15 +31,15 @@ Centred centred(std::span<const double> values) {
     return out;
 }
 
-/// Participation number (Σ x²)²/Σ x⁴: about how many values differ from the mean.
+/// Participation number (Σ x²)²/Σ x⁴: approximately the number of values that differ from the mean.
 double participation(const Centred& c) {
     double fourth = 0;
     for (const double x : c.values) fourth += x * x * x * x;
     return fourth > 0 ? c.square * c.square / fourth : 0;
 }
 
-/// Values compressed as in `check_node_order`. Empty if their range is below 10⁻⁴ of the largest value, where it may be
-/// noise.
+/// Values compressed as in `check_node_order`. Empty if their range is below 10⁻⁴ of the largest absolute value,
+/// because it may be noise.
 std::optional<std::vector<double>> compressed(std::span<const double> values) {
     constexpr double least_range = 1e-4, linear = 1e-3;
     if (values.empty()) return std::nullopt;
@@ -88,8 +88,8 @@ double product(const std::vector<double>& a, const std::vector<double>& b) {
     return sum;
 }
 
-/// Moments of the field's spectrum on the edge graph: (u, Pu), (Pu, Pu), (Pu, P²u) and (P²u, P²u) divided by (u, u),
-/// where P takes means over neighbours.
+/// Four moments of a field u on the graph of edges: (u, Pu), (Pu, Pu), (Pu, P²u) and (P²u, P²u), each divided by (u,
+/// u). P replaces each value by the mean of its neighbours' values.
 constexpr std::size_t moment_count = 4;
 using Moments = std::array<double, moment_count>;
 Moments moments_of(const NeighbourMeans& means, const Centred& field) {
@@ -99,7 +99,6 @@ Moments moments_of(const NeighbourMeans& means, const Centred& field) {
     return moments;
 }
 
-/// Fisher–Yates shuffle with SplitMix64.
 void shuffle(std::vector<double>& values, std::uint64_t& state) {
     for (std::size_t i = values.size(); i > 1; --i) {
         state += 0x9e3779b97f4a7c15ULL;
@@ -107,7 +106,7 @@ void shuffle(std::vector<double>& values, std::uint64_t& state) {
     }
 }
 
-/// True if all moments are within `most_deviations` standard deviations of those of random orders.
+/// True if each moment is within `most_deviations` standard deviations of its mean over random orders of the values.
 bool is_like_random(const NeighbourMeans& means, Centred field, const Moments& moments) {
     constexpr int orders = 32;
     constexpr double most_deviations = 2.5;
@@ -128,7 +127,7 @@ bool is_like_random(const NeighbourMeans& means, Centred field, const Moments& m
     return true;
 }
 
-/// Edges in the order in which elements first contain them; edges without elements are last.
+/// Edges without elements are last.
 template <int D>
 std::vector<std::size_t> edges_by_first_element(const EdgeSet<D>& edges) {
     std::vector<std::size_t> order;
@@ -146,7 +145,8 @@ std::vector<std::size_t> edges_by_first_element(const EdgeSet<D>& edges) {
 
 struct MiddleFit {
     double correlation = 1;
-    /// Σ (value − mean of the ends)², in the given order and in the order of `edges_by_first_element`.
+    /// Σ (edge value − mean of the ends' values)². `square`: in the input order; `square_by_element`: in the order of
+    /// `edges_by_first_element`.
     double square = 0, square_by_element = 0;
 };
 template <int D>

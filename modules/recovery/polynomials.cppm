@@ -14,13 +14,14 @@ import :derivatives;
 
 namespace camber {
 
-/// Number of monomials: C(p + D, D).
+/// Number of monomials of degree at most `p` in D variables.
 template <int D>
 [[nodiscard]] constexpr int monomials_up_to(int p) {
     return D == 2 ? (p + 1) * (p + 2) / 2 : (p + 1) * (p + 2) * (p + 3) / 6;
 }
 
-/// A monomial y^α: y_axis times the monomial `parent` of one degree less.
+/// A monomial with `exponents`: the product of the variable `axis` and the monomial `parent`, whose degree is lower by
+/// 1.
 template <int D>
 struct Monomial {
     std::array<int, D> exponents{};
@@ -29,8 +30,8 @@ struct Monomial {
     int axis = 0;
 };
 
-/// Index of y^α among the monomials, which are ordered by degree, then by the exponent of the last variable, and so on.
-/// Within a degree this is the order of Vec, Sym and CubicForm.
+/// Index of a monomial. Monomials are ordered by degree, then by the exponent of the last variable, then of the one
+/// before. Within a degree, this is the order of components of Vec, Sym and CubicForm.
 template <int D>
 [[nodiscard]] constexpr int place_of(const std::array<int, D>& exponents) {
     int degree = 0;
@@ -66,7 +67,7 @@ inline constexpr auto monomials = [] {
     return all;
 }();
 
-/// Index of the product of two monomials among those of degree at most 2 P.
+/// `products[a][b]`: index of the product of monomials a and b. The product has at most degree 2 P.
 template <int D, int P>
 inline constexpr auto products = [] {
     constexpr std::size_t n = monomials_up_to<D>(P);
@@ -80,7 +81,7 @@ inline constexpr auto products = [] {
     return places;
 }();
 
-/// Returns the covariance Σ y yᵀ / n of n points y = B x.
+/// Returns the covariance Σ y yᵀ / n of y = B x for the n points x.
 template <int D>
 [[nodiscard]] inline Sym<D> covariance(const Mat<D>& b, std::span<const Vec<D>> points) {
     Sym<D> sum;
@@ -92,7 +93,8 @@ template <int D>
     return sum * (1 / static_cast<double>(points.size()));
 }
 
-/// Replaces B by L⁻¹ B, where L Lᵀ = C. Pivots below the cancellation error of C are raised to it.
+/// Replaces B by L⁻¹ B, where C = L Lᵀ is a Cholesky factorisation. A pivot below the cancellation error of C is
+/// replaced by that error.
 template <int D>
 inline void divide_by_factor(const Sym<D>& c, Mat<D>& b) {
     std::array<std::array<double, D>, D> l{};
@@ -113,9 +115,10 @@ inline void divide_by_factor(const Sym<D>& c, Mat<D>& b) {
     }
 }
 
-/// Returns B for which the points y = B x have covariance 1 about the origin, scaled to a maximum of |y| = 1. At an
-/// anisotropy of 1e8 the covariance of x loses the thin direction, so the covariance of y is recomputed after each
-/// whitening until it is 1. Directions no longer than the coordinates' `noise` have zero rows.
+/// Returns B so that the points y = B x have covariance 1 about the origin, scaled to max |y| = 1. With an anisotropy
+/// of 1e8, rounding in the covariance of x hides the thin direction. So whitening is repeated with the covariance of y
+/// until that is 1. B is 0 in directions in which the points extend no farther than the rounding error `noise` of
+/// coordinates.
 template <int D>
 [[nodiscard]] inline Mat<D> whitening(std::span<const Vec<D>> points, double noise) {
     double largest = 0;
@@ -124,7 +127,7 @@ template <int D>
     Mat<D> b;
     if (!(largest > 0)) return b;
     for (int i = 0; i < D; ++i) b(i, i) = 1 / largest;
-    constexpr int passes = 5;  // each pass reduces the anisotropy by 1e7
+    constexpr int passes = 5;  // each pass reduces the anisotropy by a factor of 1e7
     for (int pass = 0; pass < passes; ++pass) {
         const Sym<D> c = covariance(b, points);
         divide_by_factor(c, b);
@@ -158,7 +161,7 @@ struct NodalMesh {
 
 struct NodeTag;
 
-/// Rings of nodes around a vertex or element, through elements of one material.
+/// Rings of nodes around a vertex or element. Includes only elements of one material.
 template <int D>
 class Rings {
   public:
@@ -166,10 +169,10 @@ class Rings {
 
     void begin(VertexId v, Reference material);
     void begin(ElementId e);
-    /// Adds the nodes of elements at the last ring's vertices. Returns false if none are new.
+    /// Adds a ring: the nodes of elements at the last ring's vertices. Returns false if there are no new nodes.
     bool grow();
 
-    [[nodiscard]] int count() const { return count_; }  ///< number of rings
+    [[nodiscard]] int count() const { return count_; }
     [[nodiscard]] std::span<const std::uint32_t> nodes() const { return nodes_; }
     [[nodiscard]] std::span<const VertexId> last_vertices() const { return last_; }
 
@@ -188,34 +191,35 @@ class Rings {
 template <int D, int P>
 using Coefficients = std::array<double, monomials_up_to<D>(P)>;
 
-/// Weighted least squares of polynomials p in whitened coordinates y = B (x − vertex): min Σ w² (p(y) − u)², with w =
-/// 1/(core + |y|). The normal matrix is filled from the moments Σ w² y^{α+β}, which are a quarter as many as its
-/// entries, and factorised once for all fields. Monomials ascend by degree, so leading blocks of the factor are the
-/// factors for lower degrees.
+/// Least-squares fit of a polynomial p to values u at nodes: minimises Σ w² (p(y) − u)². y = B (x − vertex): whitened
+/// coordinates; w = 1/(core + |y|). The normal matrix is filled from the moments Σ w² y^{α+β}, of which there are only
+/// a quarter as many as entries. It is factorised once for all fields. Monomials are ordered by degree, so the leading
+/// blocks of the factor are the factors for lower degrees.
 template <int D, int P>
 class Fit {
   public:
     static constexpr std::size_t size = monomials_up_to<D>(P);
     static constexpr double negligible_length = 1e-30;
 
-    /// `offsets`: x − vertex for each node, with the vertex first; `noise`: rounding error of the coordinates.
+    /// Sets the nodes. `offsets`: x − vertex of each node, the vertex first; `noise`: rounding error of the
+    /// coordinates.
     void place(std::span<const Vec<D>> offsets, double noise, double core);
 
     [[nodiscard]] const Mat<D>& whitened_by() const { return whitened_by_; }
     [[nodiscard]] std::size_t nodes() const { return nodes_; }
-    /// Share of a monomial's squared length that is independent of earlier monomials: the minimum over monomials up to
-    /// this degree. 0 if the nodes cannot distinguish them.
+    /// Share of a monomial's squared norm that is independent of earlier monomials; minimum over all monomials up to
+    /// this degree. 0 if the nodes cannot distinguish the monomials.
     [[nodiscard]] double independence(int degree) const { return independence_[static_cast<std::size_t>(degree)]; }
 
-    /// Returns the polynomial of this degree for one value per node; higher coefficients are 0. One step of iterative
-    /// refinement restores the digits lost in the normal equations.
+    /// Returns the polynomial of this degree that fits one value per node. Coefficients of higher degree are 0. One
+    /// step of iterative refinement restores digits that the normal equations lose.
     [[nodiscard]] Coefficients<D, P> solve(std::span<const double> values, int degree);
 
   private:
     using Lanes = std::array<double, pack_size>;
     struct Block {
         std::array<Lanes, D> y{};
-        Lanes squared_weight{};  ///< 0 without a node
+        Lanes squared_weight{};  ///< 0 in lanes without a node
     };
 
     void sum_moments();
@@ -227,17 +231,19 @@ class Fit {
     std::vector<Block> blocks_;
     std::vector<Lanes> values_;
     std::array<double, monomials_up_to<D>(2 * P)> moments_{};
-    std::array<double, size> scale_{};                     ///< scales monomials for a diagonal of 1
-    std::array<std::array<double, size>, size> factor_{};  ///< U in the upper triangle, with 1 / U_ii on the diagonal
+    std::array<double, size> scale_{};                     ///< diagonal of S, which gives G = S M S the diagonal 1
+    std::array<std::array<double, size>, size> factor_{};  ///< factor U of G in the upper triangle, with 1 / U_ii on
+                                                           ///< the diagonal
     std::array<double, P + 1> independence_{};
 };
 
-/// Unit of scaled values, the maximum of |u − u(vertex)|: fourth powers of 1e200 would overflow.
+/// Unit of scaled values: the maximum of |u − u(vertex)|. Values are scaled because fourth powers of 1e200 would
+/// overflow.
 struct Unit {
-    double half = 0;  ///< half the maximum difference, which may overflow
+    double half = 0;  ///< half of the unit, because the unit itself may overflow
     [[nodiscard]] double times(double x) const { return x * half * 2; }
 };
-/// Subtracts the first value, which is the vertex's, and scales values to [−1, 1].
+/// Subtracts the first value (that of the vertex) from all values and scales them to [−1, 1].
 [[nodiscard]] inline Unit scale(std::span<double> values) {
     const double first = values[0] / 2;
     Unit unit;
@@ -257,7 +263,7 @@ struct Derivatives {
     CubicForm<D> third;
 };
 
-/// Returns ∂^α p(y) = Σ_{β ≥ α} c_β β!/(β − α)! y^{β − α}.
+/// Returns the derivative ∂^α p(y) = Σ_{β ≥ α} c_β β!/(β − α)! y^{β − α} of the polynomial with coefficients c.
 template <int D, int P>
 [[nodiscard]] double derivative(const Coefficients<D, P>& c, const std::array<int, D>& alpha, const Vec<D>& y) {
     double sum = 0;
@@ -265,7 +271,7 @@ template <int D, int P>
         const auto& beta = monomials<D, P>[b].exponents;
         double term = c[b];
         for (int i = 0; i < D; ++i) {
-            for (int k = 0; k < alpha[i]; ++k) term *= beta[i] - k;  // 0 if β_i < α_i
+            for (int k = 0; k < alpha[i]; ++k) term *= beta[i] - k;  // the product is 0 if β_i < α_i
             for (int k = alpha[i]; k < beta[i]; ++k) term *= y[i];
         }
         sum += term;
@@ -284,7 +290,7 @@ template <int D, int P>
     return at;
 }
 
-/// Returns α! c_α, the derivatives at y = 0.
+/// Returns the derivatives at y = 0, which are α! c_α.
 template <int D, int P>
 [[nodiscard]] Derivatives<D> derivatives_at_origin(const Coefficients<D, P>& c) {
     constexpr std::array factorials{1.0, 1.0, 2.0, 6.0};
@@ -300,7 +306,7 @@ template <int D, int P>
     return at;
 }
 
-/// Converts derivatives by y = B x to derivatives by x: Bᵀ g, Bᵀ H B, T[B·, B·, B·].
+/// Converts derivatives g, H, T by y = B x to derivatives by x: Bᵀ g, Bᵀ H B, T[B·, B·, B·].
 template <int D>
 [[nodiscard]] Derivatives<D> pulled_back(const Derivatives<D>& by_y, const Mat<D>& b) {
     return {transposed_times(b, by_y.gradient), congruence(transposed(b), by_y.hessian), pulled_back(by_y.third, b)};
@@ -319,7 +325,8 @@ template <int D>
     return offsets;
 }
 
-/// Returns Σ λ_v x_v + Σ 4 λ_i λ_j d_ij, where λ is `at` and d_ij the offset of edge i–j.
+/// Returns the position Σ λ_v x_v + Σ 4 λ_i λ_j d_ij in an element with vertices x_v. `at`: barycentric coordinates λ;
+/// `offsets`: d_ij of edges i–j.
 template <int D>
 [[nodiscard]] Vec<D> position_within(const LinearMesh<D>& mesh, ElementId e, const EdgeOffsets<D>& offsets,
                                      const std::array<double, D + 1>& at) {
@@ -358,14 +365,15 @@ template <int D, int P>
 
 template <int D>
 struct CheckedNodes {
-    int degree = 1;  ///< determined by the numbers of values
+    int degree = 1;  ///< degree of the fields, from the numbers of values
     Incidence<ElementId> balls;
 
     [[nodiscard]] NodalMesh<D> of(const QuadraticMesh<D>& mesh) const { return {mesh, balls, degree}; }
 };
 
-/// Errors, with the node if it is known: usage (numbers of values that differ or do not match the mesh; a value that is
-/// not finite), input (missing data for degree 2; not one reference per element; a node without finite coordinates).
+/// Checks the input of fits. Errors, with the node if it is known: usage (numbers of values that differ or do not match
+/// the mesh; a value that is not finite), input (missing data for degree 2; not one reference per element; a node
+/// without finite coordinates).
 template <int D>
 [[nodiscard]] Outcome<CheckedNodes<D>> checked_nodes(const QuadraticMesh<D>& mesh,
                                                      std::span<const Column<double>> fields,

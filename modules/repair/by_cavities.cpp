@@ -1,4 +1,4 @@
-// Plans that optimise the node of one edge or all nodes of a cavity.
+// Optimises the node of one edge, or all nodes of a cavity.
 module;
 #include <algorithm>
 #include <array>
@@ -19,13 +19,13 @@ namespace camber {
 
 namespace {
 
-/// Minimum gain of a return, as a share of the edge length.
+/// Minimum cost reduction, as a share of the edge length, that justifies a move towards the target.
 constexpr double min_return = 1e-7;
-/// Minimum step of a return along a segment.
+/// Minimum move towards the target, as a share of the distance to it.
 constexpr double min_step = 0.02;
 
-/// Returns the shell of an edge. Valid elements and those that `is_preserved(e)` selects must keep min(`requested`,
-/// their own value).
+/// Returns the elements around an edge as constraints. Valid elements, and those for which `is_preserved(e)` is true,
+/// must keep min(`requested`, their scaled Jacobian).
 template <int D, class IsPreserved>
 EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double requested, IsPreserved&& is_preserved) {
     EdgeShell<D> shell{state.moved.nodes[edge], {}};
@@ -36,7 +36,7 @@ EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double requested
         ShellElement<D> element{state.element(e), local, {}};
         if (state.good(e) || is_preserved(e)) {
             const double preserved = preserved_jacobian(state, e, requested);
-            // The coefficients of a valid element can be a weaker bound than its verdict.
+            // The coefficients of a valid element may prove less than its verdict.
             const double least =
                 state.good(e) ? std::max(preserved, state.options.min_scaled_jacobian.value) : preserved;
             if (least < requested) element.required_jacobian = least;
@@ -89,7 +89,8 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
     };
     const double target = state.options.effective_target();
     if (try_all(target, none) || try_all(target, no_other)) return best;
-    // With the other methods, cavities may still reach the target.
+    // Only the method `edge` accepts the bound here: the other methods optimise cavities next, which may still reach
+    // the target.
     if (target > bound && state.options.method == RepairMethod::edge && !try_all(bound, none)) try_all(bound, no_other);
     return best;
 }
@@ -135,9 +136,9 @@ namespace {
 constexpr std::size_t max_edges = 240;
 /// Cost of a surface node relative to a volume node.
 constexpr double surface_weight = 1e4;
-/// Minimum gain of a joint return, as a share of the edge length.
+/// Like `min_return`, for joint moves.
 constexpr double min_joint_return = 1e-5;
-/// Shares of neighbouring determinants that vertex moves preserve, tried in this order.
+/// Shares of the original straight determinant that det J must keep where vertices move, tried in this order.
 constexpr std::array determinant_shares{0.2, 0.02, 0.0};
 
 bool may_move(EdgeKind kind, CavityExtent extent) {
@@ -169,7 +170,6 @@ bool moves_vertex(const RepairState<D>& state, VertexId v, CavityExtent extent) 
            (*state.vertices_onto)(v, state.moved.points[v]).normal_projector != Sym<D>::identity();
 }
 
-/// Adds all edges at these vertices: their nodes move with them.
 template <int D>
 void add_edges_at(const RepairState<D>& state, const std::vector<VertexId>& vertices, std::vector<EdgeId>& edges) {
     for (const VertexId v : vertices)
@@ -180,14 +180,11 @@ void add_edges_at(const RepairState<D>& state, const std::vector<VertexId>& vert
     edges |= ranges::actions::sort | ranges::actions::unique;
 }
 
-/// The floor of a valid element is at least the bound, even if its coefficients do not show it.
 template <int D>
 double preserved_valid_jacobian(const RepairState<D>& state, ElementId e, double requested) {
     return std::max(preserved_jacobian(state, e, requested), state.options.min_scaled_jacobian + floor_slack);
 }
 
-/// Returns `requested` for the seed and for invalid elements with all volume edges in the cavity; others keep their
-/// value.
 template <int D>
 double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, ElementId seed,
                 double requested) {
@@ -206,7 +203,6 @@ OffsetModel<D> model_of(const RepairState<D>& state, EdgeId edge) {
     return {model.centre - state.moved.nodes[edge].point, weight * model.hessian};
 }
 
-/// `floor_of(e)`: scaled Jacobian required of element e.
 template <int D, class FloorOf>
 JointProblem<D> joint_problem_of(const RepairState<D>& state, const RepairCavity<D>& cavity, FloorOf&& floor_of) {
     JointProblem<D> problem;
@@ -231,7 +227,6 @@ JointProblem<D> joint_problem_of(const RepairState<D>& state, const RepairCavity
     return problem;
 }
 
-/// The node of each edge also moves by half the offset of each free end vertex.
 template <int D>
 Moves<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity, const std::vector<Vec<D>>& offsets) {
     Moves<D> plan;
@@ -269,7 +264,6 @@ NodalSimplex<D> changed_element(const RepairState<D>& state, const Moves<D>& pla
     return s;
 }
 
-/// True if a surface node is no farther from its target than the chord midpoint, or within the boundary tolerance.
 template <int D>
 bool within_reach(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
     const auto& [a, b] = state.mesh().edges.vertices[edge];
@@ -281,7 +275,6 @@ bool within_reach(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D
            std::max(distance(midpoint(p, q), target_point) + rounding, state.options.boundary_tolerance);
 }
 
-/// Appends the verdicts to the plan; false if an element degrades.
 template <int D>
 bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, Moves<D>& plan) {
     for (const auto& [edge, node] : plan.nodes)

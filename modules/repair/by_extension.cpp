@@ -1,4 +1,5 @@
-// Local extension of the boundary displacement, restoration to the extension positions, and slides within planes.
+// Extends boundary displacements locally, moves nodes to extended positions, and slides nodes within planar boundary
+// parts.
 module;
 #include <algorithm>
 #include <array>
@@ -39,7 +40,6 @@ std::vector<ElementId> elements_around(const Incidence<ElementId>& shells, const
     return elements;
 }
 
-/// Local numbers of mesh entities, in order of first use.
 template <class Id>
 struct Numbering {
     SparseMap<Id, Id> of = {};
@@ -59,7 +59,7 @@ template <int D>
 struct Part {
     QuadraticMesh<D> mesh;
     Column<EdgeKind> kinds;     ///< `volume` for the free edges, else `fixed`
-    std::vector<EdgeId> edges;  ///< numbers in the whole mesh
+    std::vector<EdgeId> edges;  ///< number of each edge in the whole mesh
 };
 
 template <int D>
@@ -105,7 +105,7 @@ template <int D>
 Outcome<LocalExtension<D>> extend_around(const MovedMesh<D>& moved, const Column<EdgeKind>& kinds,
                                          const Incidence<ElementId>& all_shells, const std::vector<ElementId>& seeds,
                                          int rings, const Execution& execution) {
-    constexpr double iteration_work = 2e-3;  // per unknown, relative to `edge_work`
+    constexpr double iteration_work = 2e-3;  // work per unknown, in units of `edge_work`
     std::vector<EdgeId> free = volume_edges(moved.mesh, kinds, seeds);
     std::vector<ElementId> elements = elements_around(all_shells, free);
     for (int ring = 0; ring < rings; ++ring) {
@@ -125,14 +125,14 @@ Outcome<LocalExtension<D>> extend_around(const MovedMesh<D>& moved, const Column
 
 namespace {
 
-/// A set of edges that take their nodes from `there`.
+/// A growing set of edges whose nodes move to their positions in `there`.
 template <int D>
 struct Growth {
     const MovedMesh<D>& moved;
     const Incidence<ElementId>& shells;
-    const Column<EdgeKind>& kinds;  ///< only nodes of volume edges may move
+    const Column<EdgeKind>& kinds;
     const Overlay<EdgeId, LagrangeNode<D>>& there;
-    SparseMap<EdgeId, std::uint8_t> chosen = {};  ///< 1: takes its node from `there`
+    SparseMap<EdgeId, std::uint8_t> chosen = {};
     std::vector<EdgeId> edges = {};
 
     [[nodiscard]] bool is_chosen(EdgeId edge) const {
@@ -153,7 +153,6 @@ struct Growth {
         chosen.at(edge) = 1;
         edges.push_back(edge);
     }
-    /// Returns the edges that it added.
     std::vector<EdgeId> choose_all_of(ElementId e) {
         std::vector<EdgeId> added;
         for (const EdgeId edge : moved.mesh.edges.of_elements[e]) {
@@ -165,7 +164,6 @@ struct Growth {
     }
 };
 
-/// Chooses the volume edges of the seeds, then those of elements that this makes invalid.
 template <int D>
 void grow(Growth<D>& growth, const std::vector<ElementId>& seeds, double bound) {
     std::vector<ElementId> queue = seeds;
@@ -181,7 +179,6 @@ void grow(Growth<D>& growth, const std::vector<ElementId>& seeds, double bound) 
     }
 }
 
-/// Deselects the edges of degraded elements until none is degraded.
 template <int D>
 void shrink(const RepairState<D>& state, Growth<D>& growth) {
     std::vector<ElementId> candidates = growth.around(growth.edges);
@@ -200,10 +197,9 @@ void shrink(const RepairState<D>& state, Growth<D>& growth) {
     std::erase_if(growth.edges, [&](EdgeId e) { return !growth.is_chosen(e); });
 }
 
-/// Maximum number of steps of a node; each but the last covers half of the distance.
+/// Maximum number of steps of a node; all but the last cover half of the remaining distance.
 constexpr int max_steps = 4;
 
-/// Next steps of the volume nodes to their extension positions.
 template <int D>
 Moves<D> restoring_moves(const RepairState<D>& state, const std::vector<ElementId>& elements,
                          const RestoredPosition<D>& restored, SparseMap<EdgeId, int>& steps) {
@@ -284,7 +280,7 @@ namespace {
 /// Tolerance of coplanarity, as a share of the chord.
 constexpr double flat = 1e-9;
 
-/// Returns the normal of the plane of all facets around an edge; nothing if they are not coplanar.
+/// Returns the normal of all facets around an edge; nothing if they are not coplanar.
 std::optional<Vec<3>> plane_of(const QuadraticMesh<3>& mesh, const Column<LagrangeNode<3>>& nodes,
                                const Incidence<FacetId>& around, std::size_t e) {
     const auto& [a, b] = mesh.edges.vertices[e];

@@ -1,4 +1,4 @@
-// Steps of nodes along segments, and slides of boundary nodes on the geometry.
+// Moves nodes along segments, and slides boundary nodes on the geometry.
 module;
 #include <algorithm>
 #include <array>
@@ -20,7 +20,7 @@ namespace camber {
 
 namespace {
 
-/// Normalises det J by |det straight|, or by the largest coefficient if the straight element is flat.
+/// Returns the divisor that scales det J: |det straight|, or the largest coefficient if the straight element is flat.
 template <int D>
 double scale_of(const BoundedJacobian<D>& j) {
     if (std::abs(j.straight) > 2 * j.error) return std::abs(j.straight);
@@ -29,15 +29,15 @@ double scale_of(const BoundedJacobian<D>& j) {
     return largest;
 }
 
-/// An element whose node moves on a segment: coefficients at both ends (θ = 0, 1).
+/// An element with one node that moves along a segment, and its coefficients at both ends (θ = 0 and 1).
 template <int D>
 struct SegmentElement {
     ElementId element;
     bool valid = false;
     BoundedJacobian<D> at_0, at_1;
     double scale = 1;
-    double min_at_1 = 0;    ///< smallest scaled coefficient at θ = 1
-    double min_needed = 0;  ///< larger scaled coefficients prove validity, rounding included
+    double min_at_1 = 0;
+    double min_needed = 0;  ///< scaled coefficients above this prove validity despite rounding
 };
 
 template <int D>
@@ -62,7 +62,8 @@ void append(const SegmentElement<D>& s, double floor, std::vector<AffineConstrai
         constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, floor});
 }
 
-/// Omits coefficients independent of the node: they limit a minimum that it cannot raise.
+/// Adds constraints only for coefficients that depend on the node. The others limit the minimum, but no move can raise
+/// them.
 template <int D>
 void append_moving(const SegmentElement<D>& s, std::vector<AffineConstraint>& constraints) {
     for (int i = 0; i < jacobian_coefficients<D>; ++i)
@@ -70,7 +71,7 @@ void append_moving(const SegmentElement<D>& s, std::vector<AffineConstraint>& co
             constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, 0});
 }
 
-/// Requirement on invalid elements: all or only the seed, to the target or the bound.
+/// Requirement: all invalid elements, or only the seed, must reach the target or the bound.
 struct Demand {
     bool whole_shell;
     bool to_target;
@@ -100,7 +101,7 @@ double loss(const Trial<D>& trial, EdgeId edge, double theta) {
     return (1 - theta) * distance(trial.node(edge).point, trial.middle(edge).point) / trial.length(edge);
 }
 
-/// Returns the largest θ that repairs the element, for the first feasible demand.
+/// Returns the largest θ at which the element meets the first feasible demand.
 template <int D>
 std::optional<Candidate> repairing_candidate(const Trial<D>& trial, ElementId e, EdgeId edge,
                                              std::span<const Demand> allowed) {
@@ -117,7 +118,6 @@ std::optional<Candidate> repairing_candidate(const Trial<D>& trial, ElementId e,
     return {};
 }
 
-/// Sum of the coefficients' shortfalls from the target.
 template <int D>
 double missing(const Trial<D>& trial, const BoundedJacobian<D>& j) {
     double sum = 0;
@@ -154,7 +154,6 @@ std::optional<Candidate> helping_candidate(const Trial<D>& trial, EdgeId edge) {
     return Candidate{edge, theta, after / before, 0};
 }
 
-/// False, without a change, if an element breaks or `must_be_valid` stays invalid.
 template <int D>
 bool try_candidate(Trial<D>& trial, const Candidate& candidate, ElementId must_be_valid) {
     Changes<D> changes;
@@ -217,16 +216,16 @@ bool put_back(Trial<D>& trial, EdgeId edge) {
 namespace {
 
 constexpr int max_slide_steps = 10;
-/// Cost relative to a move in the volume, since a slide changes the surface approximation.
+/// Relative cost of a slide, which changes the surface approximation.
 constexpr double slide_weight = 10;
-/// Large enough to prevent displacements off the geometry.
+/// Cost factor of displacements off the geometry, large enough to prevent them.
 constexpr double off_weight = 1e8;
-/// Scaled Jacobian required in addition, because projection onto the geometry reduces it; more for the seed.
+/// Added to the required scaled Jacobian, because projection onto the geometry reduces it; the seed needs more.
 constexpr double slack = 2e-5, slack_of_seed = 1e-4;
-/// Maximum distance of a node from the projected chord midpoint, as a share of the chord, unless it was farther before.
-/// At a quarter the speed of the curve vanishes at one end.
+/// Maximum distance of a node from the projected chord midpoint, as a share of the chord, unless the node was farther
+/// before. At a quarter the derivative of the curve vanishes at one end.
 constexpr double farthest = 0.24;
-/// Shares of determinants that vertex moves preserve, tried in this order.
+/// Like `determinant_shares` of by_cavities.cpp.
 constexpr std::array determinant_shares{0.2, 0.02};
 
 /// A moving point, and the projector onto the directions off the geometry (0 in the volume).
@@ -278,8 +277,8 @@ struct Sliding {
         const GeometryFoot<D> there = (*state.vertices_onto)(v, p);
         return {there.point, there.normal_projector};
     }
-    /// Applies the offsets (nodes, then vertices) in the tangent planes and projects onto the geometry. Nodes also move
-    /// with their chord midpoints.
+    /// Moves points (nodes, then vertices) by `offsets` in their tangent planes, then projects them. Nodes also follow
+    /// their chord midpoints.
     void move_nodes(const std::vector<Vec<D>>& offsets) {
         std::vector<Vec<D>> before(nodes.size());
         for (std::size_t i = 0; i < nodes.size(); ++i) before[i] = middle(i);
@@ -290,8 +289,8 @@ struct Sliding {
     }
 };
 
-/// Start of boundary nodes: current positions or projected chord midpoints. Descent from a folded boundary does not
-/// unfold it.
+/// Initial positions of boundary nodes: the current ones, or projected chord midpoints, because descent from a folded
+/// boundary does not unfold it.
 enum class SlideStart : std::uint8_t { as_it_is, from_middles };
 
 template <int D>
@@ -310,7 +309,7 @@ Sliding<D> beginning(const RepairState<D>& state, const RepairCavity<D>& cavity,
     return at;
 }
 
-/// Cost model of a point on the geometry; `back` is the vector to its target position.
+/// `back`: vector from the point to its target position.
 template <int D>
 OffsetModel<D> on_geometry(const Slider<D>& slider, const Vec<D>& back, const Sym<D>& hessian) {
     double trace = 0;
@@ -318,7 +317,7 @@ OffsetModel<D> on_geometry(const Slider<D>& slider, const Vec<D>& back, const Sy
     return {slider.along(back), slide_weight * hessian + off_weight * trace * slider.normal_projector};
 }
 
-/// The target position of a boundary node is the projected chord midpoint.
+/// The target of a boundary node is the projected chord midpoint.
 template <int D>
 OffsetModel<D> node_model(const Sliding<D>& at, std::size_t i) {
     const QuadraticModel<D> model = at.state.model(at.cavity.edges[i]);
@@ -336,7 +335,6 @@ OffsetModel<D> vertex_model(const Sliding<D>& at, std::size_t i) {
     return on_geometry(at.points[i], back, model.hessian);
 }
 
-/// `seed_bound`: scaled Jacobian required of the seed; `share`: share of determinants that vertex moves preserve.
 template <int D>
 JointProblem<D> joint_problem_at(const Sliding<D>& at, ElementId seed, double seed_bound, double share) {
     const RepairState<D>& state = at.state;
@@ -367,7 +365,6 @@ JointProblem<D> joint_problem_at(const Sliding<D>& at, ElementId seed, double se
     return problem;
 }
 
-/// True if each node is within `farthest`, or no farther than before.
 template <int D>
 bool within_chords(const Sliding<D>& at) {
     for (std::size_t i = 0; i < at.nodes.size(); ++i) {
@@ -381,7 +378,6 @@ bool within_chords(const Sliding<D>& at) {
     return true;
 }
 
-/// Returns nothing if an element degrades or the seed stays invalid.
 template <int D>
 std::optional<Moves<D>> plan_of(const Sliding<D>& at, ElementId seed) {
     const RepairState<D>& state = at.state;

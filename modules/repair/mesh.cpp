@@ -1,4 +1,4 @@
-// Repairs a whole mesh, counts changes, and finds reasons for elements that remain.
+// Repairs a whole mesh, counts changes, and finds the reasons why elements stay invalid.
 module;
 #include <algorithm>
 #include <array>
@@ -140,7 +140,8 @@ double determinant(const std::array<Vec<D>, D>& c) {
         return det(c[0], c[1], c[2]);
 }
 
-/// Returns det J / det straight at local vertex i; the columns of J are 4 P_ij − 3 P_i − P_j.
+/// Returns det J / det straight at local vertex i. The columns of J are 4 P_ij − 3 P_i − P_j with the node P_ij of edge
+/// i–j.
 template <int D>
 double at_vertex(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t e, int i) {
     const auto& vertices = mesh.linear.elements.vertices[e];
@@ -176,7 +177,7 @@ bool is_flat(const QuadraticMesh<D>& mesh, std::size_t e) {
     return !(determinant<D>(columns) > 0);
 }
 
-/// A vertex where the normal of a boundary facet opposes the straight facet's.
+/// A vertex where the normal of a boundary facet points against that of the straight facet.
 struct Fold {
     VertexId vertex;
     double jacobian = 0;
@@ -221,7 +222,6 @@ const Fold* fold_of(const QuadraticMesh<D>& mesh, const Folds<D>& folds, std::si
     return nullptr;
 }
 
-/// Describes the element's required edges or vertices; empty if there are none.
 template <int D>
 std::string required_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Buffer<std::uint8_t>& required,
                         std::size_t e) {

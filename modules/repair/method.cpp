@@ -1,4 +1,4 @@
-// Passes of the optimisation methods, and the choice of the method.
+// Repair by the methods `extension`, `cavity` and `edge`, and the choice of the method.
 module;
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ namespace camber {
 
 namespace {
 
-/// Number of plans that share the remaining work.
+/// Number of plans that have equal shares of the remaining work.
 constexpr std::size_t plans_at_once = 32;
 
 // Type-erased so that `plan_in_rounds` is compiled once per item type and not once per pass.
@@ -33,14 +33,14 @@ using PlanOf = std::function<Planned<D>(Item, double max_work)>;
 
 template <int D, class Item>
 struct ItemPlanning {
-    std::function<bool(Item)> is_needless;  ///< skips the item when its round starts
-    const ClaimOf<Item>& claim;             ///< elements that the plan reads
-    const PlanOf<D, Item>& plan;            ///< plans within `max_work`
+    std::function<bool(Item)> is_needless;
+    const ClaimOf<Item>& claim;  ///< elements that the plan reads
+    const PlanOf<D, Item>& plan;
     std::function<void(Item, const Planned<D>&)> finished;
 };
 
-/// Plans items in ascending order, non-overlapping ones in parallel (`run_in_rounds` of camber.core), until the work is
-/// used up. Progress counts processed items.
+/// Computes and applies a plan for each item, in ascending order, until the work limit is reached. Items that read
+/// different elements are planned in parallel (`run_in_rounds`). Progress counts processed items.
 template <int D, class Item>
 Outcome<Done> plan_in_rounds(RepairState<D>& state, std::vector<Item> items, const ItemPlanning<D, Item>& planning,
                              const Execution& execution) {
@@ -73,30 +73,28 @@ Outcome<Done> plan_in_rounds(RepairState<D>& state, std::vector<Item> items, con
         [&](std::size_t i) { return Claim(std::span((*claims)[i])); }, round);
 }
 
-/// Maximum number of sweeps.
 constexpr int max_segment_sweeps = 2;
 constexpr int max_edge_sweeps = 4;
 constexpr int max_joint_sweeps = 12;
-/// Maximum share of the remaining work for one pass.
 constexpr double max_of_work = 0.5;
 constexpr double max_passes = 14;
-/// Minimum edge cost for joint returns, as a share of the edge length.
+/// Edges with a higher cost, as a share of the edge length, are moved jointly towards their targets.
 constexpr double costly = 1e-3;
-/// Scaled Jacobians that slides require, as shares of the target; positive because projection reduces the value.
+/// Scaled Jacobians that slides require in turn, as shares of the target. All are positive, because projection reduces
+/// the value.
 constexpr std::array slide_shares{1.0, 0.1, 0.001};
-/// Rings of elements around the queue in local extensions.
+/// Rings of elements around invalid ones in local extensions.
 constexpr int nearest_rings = 2;
 constexpr int farthest_rings = 8;
 
-/// Passes over the queue of invalid elements.
 template <int D>
 struct Passes {
     RepairState<D> state;
     std::vector<ElementId> queue;
     Execution execution;
-    std::vector<ElementId> initial_queue = queue;  ///< initial queue
-    std::size_t started_passes = 0;                ///< started passes
-    bool cut_short = false;                        ///< a pass used up its work and left elements
+    std::vector<ElementId> initial_queue = queue;
+    std::size_t started_passes = 0;
+    bool cut_short = false;  ///< a pass reached its work limit before the queue was empty
 
     [[nodiscard]] Outcome<Done> by_edges() {
         return over_queue([&](ElementId e) { return repair_cavity(state, e, CavityExtent{}).elements; },
@@ -114,7 +112,8 @@ struct Passes {
                               return plan_slide_repair(state, repair_cavity(state, e, extent), e, requested, max_work);
                           });
     }
-    /// Restores queued elements to the extension positions. Degraded ones are repaired, or their nodes stay.
+    /// Moves the nodes of queued elements to the extension positions. Elements that degrade are repaired; otherwise
+    /// their nodes do not move.
     [[nodiscard]] Outcome<Done> by_restored_nodes(const RestoredPosition<D>& extended_nodes) {
         const Execution quiet = without_progress(execution);
         Passes trial{state, {}, quiet};
@@ -141,7 +140,7 @@ struct Passes {
         return finish(Done{});
     }
     [[nodiscard]] Outcome<Done> by_global_extension(const Column<LagrangeNode<D>>& extended_nodes) {
-        // The extension refers to the vertices of the mesh, some of which may have moved.
+        // The extension was computed for the original vertices, some of which may have moved.
         return by_restored_nodes([&](EdgeId edge) {
             return std::optional(LagrangeNode<D>{extended_nodes[edge].point + state.moved.shift(edge)});
         });
@@ -158,21 +157,20 @@ struct Passes {
             return there ? std::optional(*there) : std::nullopt;
         });
     }
-    /// Moves single nodes towards their targets along segments.
     [[nodiscard]] Outcome<Done> returns_on_segments() {
         return returning(edges_off_target(), max_segment_sweeps,
                          [&](EdgeId e, double) { return plan_return_on_segment(state, e); });
     }
-    /// Moves single nodes by optimisation.
+    /// Moves single nodes towards their targets by optimisation.
     [[nodiscard]] Outcome<Done> returns() {
         return returning(edges_off_target(), max_edge_sweeps, [&](EdgeId e, double) { return plan_return(state, e); });
     }
-    /// Moves single nodes in order of cost, within `max_work`.
+    /// Moves the nodes of highest cost towards their targets, as many as `max_work` allows.
     [[nodiscard]] Outcome<Done> returns_of_costliest(double max_work) {
         const double reserved = std::max(0.0, state.work_left - max_work);
         state.work_left -= reserved;
         std::vector<EdgeId> all = edges_off_target();
-        // Earlier passes may have overspent the work.
+        // `work_left` may be negative, because earlier passes may have exceeded their limit.
         const double most = std::clamp(state.work_left / edge_work, 0.0, static_cast<double>(all.size()));
         auto edges = costliest(std::move(all), static_cast<std::size_t>(most));
         if (!edges) return fail(edges.error());
@@ -181,7 +179,7 @@ struct Passes {
         state.work_left += reserved;
         return done;
     }
-    /// Moves the nodes of elements with a costly edge jointly.
+    /// Moves all volume nodes of elements around costly edges jointly towards their targets.
     [[nodiscard]] Outcome<Done> joint_returns() {
         std::vector<ElementId> elements;
         for (const EdgeId edge : affected_edges())
@@ -208,7 +206,7 @@ struct Passes {
         std::erase_if(edges, [&](EdgeId e) { return state.moved.nodes[e].point == state.target_position(e); });
         return edges;
     }
-    /// Ranks by cost in the implied metric, which is fast to evaluate.
+    /// Uses the implied metric, which is fast to evaluate.
     [[nodiscard]] Outcome<std::vector<EdgeId>> costliest(std::vector<EdgeId> edges, std::size_t most) const {
         if (edges.size() <= most) return edges;
         const auto costs = map_each(without_progress(execution), edges.size(), [&](std::size_t i) {
@@ -243,7 +241,7 @@ struct Passes {
         return part_of(execution, share(static_cast<double>(turn)), share(static_cast<double>(turn + 1)));
     }
     Outcome<Done> over_queue(const ClaimOf<ElementId>& claim, const PlanOf<D, ElementId>& plan) {
-        // Each pass reserves a share of the work for later passes.
+        // Part of the work is reserved for later passes.
         const double reserved = state.work_left * (1 - max_of_work);
         state.work_left -= reserved;
         const ItemPlanning<D, ElementId> planning{[&](ElementId e) { return state.good(e); }, claim, plan,
@@ -253,7 +251,7 @@ struct Passes {
         state.work_left += reserved;
         return done;
     }
-    /// Sweeps over the items. Later sweeps contain only items next to moved ones.
+    /// Later sweeps contain only items near those that moved before.
     template <class Item>
     Outcome<Done> while_moving(std::vector<Item> items, int max_sweeps, const ClaimOf<Item>& claim,
                                const PlanOf<D, Item>& plan) {
@@ -291,7 +289,7 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
     const RepairOptions& options = passes.state.options;
     const bool restores_first = options.method == RepairMethod::extension;
     const bool with_cavities = has_cavities(options.method);
-    // A recommended bound does not justify large cavities, vertex moves or surface moves.
+    // A bound that is only recommended does not justify large cavities, or moves of vertices or surface nodes.
     const bool is_explicit = options.min_scaled_jacobian.is_explicit;
     Outcome<Done> done = Done{};
     const auto counted = [&](std::size_t& counter, auto&& pass) {
@@ -366,11 +364,12 @@ Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, cons
 /// 2. The volume nodes of an element's cavity move jointly (joint_problem) at minimum cost.
 /// 3. Single volume nodes move.
 /// 4. The boundary displacement is extended locally.
-/// 5. Larger cavities move, then vertices of the volume, then surface nodes.
-/// 6. Nodes return towards their targets, singly and jointly.
+/// 5. The nodes of larger cavities move, then vertices in the volume, then surface nodes.
+/// 6. Nodes move back towards their targets, singly and jointly.
 ///
 /// No valid element becomes invalid. The result does not depend on the number of threads. If a vertex moves, det J must
-/// also exceed bound · |det of the mesh's straight element|, and the mean ratio min(before, 0.05). Errors: stopped.
+/// also exceed bound · |det of the original straight element|. The mean ratio of the straight element must exceed
+/// min(its previous value, 0.05). Errors: stopped.
 template <int D>
 Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                             const RepairOptions& options, const Execution& execution) {
@@ -383,7 +382,7 @@ Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& input, cons
                      execution};
     if (guide.onto) passes.state.onto = &guide.onto;
     if (guide.vertices_onto) passes.state.vertices_onto = &guide.vertices_onto;
-    // If vertices have moved already, their elements are judged with data of the surroundings.
+    // Elements whose vertices have already moved are judged with the data that this call prepares.
     if (input.proposal().points != mesh.linear.points)
         if (auto result = prepare_vertex_moves(passes.state, execution); !result) return fail(result.error());
     RepairStatistics statistics;
@@ -404,7 +403,7 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     return Done{};
 }
 
-/// Effort of each repair after the first, as a share.
+/// Later repairs have this share of the effort of the first.
 constexpr double share_of_retries = 0.25;
 
 /// Nodes leave a prescribed geometry only for validity, not for a higher bound.
@@ -451,7 +450,7 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& input, const 
         return to(judged, of);
     };
     auto corrected = min_invalid(input, to(input, options), options, execution, again);
-    if (is_standalone_surface(input.mesh().linear)) return corrected;  // already straightened
+    if (is_standalone_surface(input.mesh().linear)) return corrected;  // `repair` has already straightened triangles
     if (!corrected || corrected->judged.validation().all_valid()) return corrected;
     // Nodes do not leave the surface for a bound that is only recommended.
     RepairOptions demanded = options;
@@ -501,7 +500,7 @@ Outcome<RepairGuide<D>> guide_from_mesh(const JudgedProposal<D>& judged, const I
     for (const ElementId e : broken)
         for (const EdgeId edge : judged.mesh().edges.of_elements[e])
             if (const auto* node = extended->nodes.find(edge)) targets.at(edge) = *node;
-    // Models refer to the vertex positions of the mesh.
+    // Models refer to the original vertex positions.
     const auto centre = [moved, targets = std::move(targets)](EdgeId edge) {
         const LagrangeNode<D>* node = targets.find(edge);
         return LagrangeNode<D>{(node ? *node : moved.nodes[edge]).point - moved.shift(edge)};

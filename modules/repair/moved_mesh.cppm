@@ -1,4 +1,4 @@
-// A mesh with moved nodes and vertices, trials of relaxation, local extension.
+// A mesh with moved nodes and vertices, tentative moves, and local extension.
 module;
 #include <array>
 #include <span>
@@ -17,7 +17,7 @@ template <int D>
 struct Moves {
     std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;  ///< ascending
     std::vector<std::pair<VertexId, Vec<D>>> points;        ///< ascending
-    std::vector<std::pair<ElementId, Verdict>> verdicts;    ///< of the elements around these
+    std::vector<std::pair<ElementId, Verdict>> verdicts;    ///< of the elements around moved nodes and points
 };
 
 /// A mesh with moved points and nodes, and its verdicts. The cost of a copy depends only on the number of changes.
@@ -48,7 +48,6 @@ struct MovedMesh {
         return s;
     }
     [[nodiscard]] Vec<D> shift(VertexId v) const { return points[v] - mesh.linear.points[v]; }
-    /// Displacement of the chord midpoint.
     [[nodiscard]] Vec<D> shift(EdgeId edge) const {
         const auto& [a, b] = mesh.edges.vertices[edge];
         return 0.5 * (shift(a) + shift(b));
@@ -69,7 +68,6 @@ struct MovedMesh {
         for (const ElementId e : verdicts.set_rows()) all.verdicts.emplace_back(e, verdicts[e]);
         return all;
     }
-    /// `before`: the initial proposal, which gives the kinds.
     [[nodiscard]] Proposal<D> proposal(const Proposal<D>& before) const {
         Proposal<D> after{points.column(), nodes.column(), before.kinds, {}};
         after.changes = changes_after(mesh, before, after.points, after.mid_nodes);
@@ -90,7 +88,7 @@ struct SegmentState {
     const RepairOptions& options;
 };
 
-/// Tentative changes of a work item.
+/// Tentative moves that are not yet applied to `state`.
 template <int D>
 struct Trial {
     const SegmentState<D>& state;
@@ -116,7 +114,8 @@ struct Trial {
     }
     [[nodiscard]] LagrangeNode<D> middle(EdgeId edge) const { return state.moved.middle(edge); }
     [[nodiscard]] bool straight(EdgeId edge) const { return node(edge) == middle(edge); }
-    /// M + θ (P^l − M): P_11 ← θ P_11 + (1 − θ) M (paper §3.2) in Lagrange form.
+    /// Returns M + θ (P − M) for the node P and the chord midpoint M: the correction of the paper (§3.2) in Lagrange
+    /// form.
     [[nodiscard]] LagrangeNode<D> towards_middle(EdgeId edge, double theta) const;
     [[nodiscard]] double length(EdgeId edge) const;
     [[nodiscard]] Moves<D> moves() const;
@@ -125,16 +124,15 @@ struct Trial {
 enum class EdgeGroup { volume, surface, all };
 [[nodiscard]] bool contains(EdgeGroup group, EdgeKind kind);
 
-/// Returns the element's edges in the group that are not straight.
 template <int D>
 [[nodiscard]] std::vector<EdgeId> movable_edges(const Trial<D>& trial, ElementId e, EdgeGroup group);
 
-/// Undo record.
+/// Previous values, for `undo`.
 template <int D>
 struct Changes {
     std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;
     std::vector<std::pair<ElementId, Verdict>> verdicts;
-    std::vector<ElementId> broken;  ///< elements that became invalid
+    std::vector<ElementId> broken;
 };
 
 /// Moves one node without updating verdicts.
@@ -151,39 +149,40 @@ template <int D>
 [[nodiscard]] BoundedJacobian<D> jacobian_with(const Trial<D>& trial, ElementId e, EdgeId edge,
                                                const LagrangeNode<D>& node);
 
-/// Moves single nodes, each by a linear program with minimum loss, until the element is valid or no move helps. Prefers
-/// the target to the bound, and this to partial improvement, as far as `steps` allows. True if a node moved.
+/// `repair_element` moves single nodes by linear programs, each with minimum displacement, until the element is valid
+/// or no move improves it. It prefers moves that reach the target to those that reach the bound, and these to partial
+/// improvements; `steps` is the last kind allowed. True if a node moved.
 enum class Steps { to_target, to_bound, helping };
 template <int D>
 bool repair_element(Trial<D>& trial, ElementId e, EdgeGroup group, Steps steps);
 
-/// Applies θ-steps to an element and to those that become invalid. Undone unless all reach `scaled_jacobian` within a
-/// limited number of elements.
+/// Moves the nodes of an element, and of those that become invalid, towards their chord midpoints by factors θ. Undoes
+/// all moves unless every element reaches `scaled_jacobian` within a limited number of elements.
 template <int D>
 bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double scaled_jacobian);
 
-/// Moves a node towards its initial position as far as its elements allow. True if it moved.
+/// Moves a node towards its initial position as far as possible. True if the node moved.
 template <int D>
 bool put_back(Trial<D>& trial, EdgeId edge);
 
-/// Nodes, and the work of their computation (unit: `RepairOptions::effort`).
+/// Extended nodes, and the work of the computation (unit: `RepairOptions::effort`).
 template <int D>
 struct LocalExtension {
     SparseMap<EdgeId, LagrangeNode<D>> nodes;
     double work = 0;
 };
 
-/// Extends the boundary displacement (`extend_boundary`) to the volume edges of the `seeds` and of `rings` rings around
-/// them; surrounding nodes are fixed. The cost is proportional to these elements. Errors: stopped.
+/// Extends the boundary displacement (`extend_boundary`) to the volume edges of `seeds` and of `rings` rings of
+/// elements around them; surrounding nodes are fixed. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<LocalExtension<D>> extend_around(const MovedMesh<D>& moved, const Column<EdgeKind>& kinds,
                                                        const Incidence<ElementId>& shells,
                                                        const std::vector<ElementId>& seeds, int rings,
                                                        const Execution& execution);
 
-/// Moves volume nodes around invalid elements, and nodes of planar boundary parts within their planes by at most
-/// `tolerance`, to a linear extension of the other boundary displacements. Includes all elements that become invalid.
-/// The boundary shape stays; the result is not necessarily better. Errors: stopped.
+/// Moves volume nodes around invalid elements to a linear extension of the boundary displacements, including all
+/// elements that become invalid. Nodes of planar boundary parts slide within their planes by at most `tolerance`. The
+/// boundary shape stays; the result is not necessarily better. Errors: stopped.
 [[nodiscard]] Outcome<Proposal<3>> slid_in_planes(const JudgedProposal<3>& judged, double tolerance,
                                                   const Execution& execution);
 

@@ -17,18 +17,18 @@ import camber.curving;
 export namespace camber {
 
 enum class RepairMethod : std::uint8_t {
-    /// Towards the extension of the boundary displacement by few halvings, the last step exact; then as `cavity`; then
-    /// nodes return towards their targets.
+    /// Moves nodes to the extension of the boundary displacement in a few halving steps, the last one exact. Repairs
+    /// the remaining elements as `cavity` does. Then moves nodes back towards their targets.
     extension,
-    /// Optimisation nearest to the targets: all nodes of a cavity; one node; local extension of the boundary
-    /// displacement; larger cavities; vertices; surface nodes.
+    /// Minimises the distance of nodes from their targets. Moves in turn: all nodes of a cavity; one node; local
+    /// extension of the boundary displacement; larger cavities; vertices; surface nodes.
     cavity,
-    edge,  ///< single volume nodes only
-    /// Each node moves towards its chord midpoint by the minimum distance (a linear program). θ-steps repair the rest.
-    /// Finally nodes are put back as far as possible.
+    edge,
+    /// Moves each node towards its chord midpoint by the minimum distance (a linear program). Multiplies offsets by θ
+    /// in the remaining elements. Finally moves nodes back as far as possible.
     segment,
-    /// Paper §3.2: P_11 ← θ P_11 + (1 − θ) M for all volume edges of an invalid element, then for its surface edges.
-    /// Elements that become invalid follow.
+    /// Paper §3.2: P_11 ← θ P_11 + (1 − θ) M, with the chord midpoint M, for all volume edges of an invalid element,
+    /// then for its surface edges. Elements that become invalid are treated too.
     backtracking,
 };
 [[nodiscard]] constexpr auto words(RepairMethod) {
@@ -42,7 +42,6 @@ enum class RepairMethod : std::uint8_t {
     return method == RepairMethod::extension || method == RepairMethod::cavity;
 }
 
-/// True if the method uses cost models of edges.
 [[nodiscard]] constexpr bool needs_models(RepairMethod method) {
     return has_cavities(method) || method == RepairMethod::edge;
 }
@@ -58,10 +57,10 @@ struct RepairOptions {
     RepairMethod method = RepairMethod::extension;
     double boundary_tolerance = 0;
     VertexMoves vertices = VertexMoves::allowed;
-    /// Work limit per element. A step of a problem with n unknown points counts (n/10)². Counts, unlike seconds, give
-    /// the same result on any machine.
+    /// Work limit per element. An optimisation step with n unknown points counts (n/10)². Unlike seconds, such counts
+    /// give the same result on any machine.
     double effort = 500;
-    double restore_effort = 0.05;  ///< same unit, for returns after `extension`
+    double restore_effort = 0.05;  ///< same unit; for moves back to the targets after `extension`
     double theta = 0.75;
     int max_corrections = 40;
     double max_work = std::numeric_limits<double>::infinity();  ///< absolute limit besides `effort`
@@ -121,27 +120,25 @@ struct RepairOptions {
     friend bool operator==(const RepairOptions&, const RepairOptions&) = default;
 };
 
-/// The constant allows a few difficult elements more work.
+/// The constant allows more work per element if few are invalid.
 [[nodiscard]] constexpr double allowed_work(std::size_t elements, double effort) {
     return (200 + static_cast<double>(elements)) * effort;
 }
 
-/// Work limit of returns after `extension`.
 [[nodiscard]] constexpr double allowed_return_work(std::size_t elements, const RepairOptions& options) {
     return 100 + static_cast<double>(elements) * options.restore_effort;
 }
 
-/// A point on the geometry, and the projector onto the directions off it: n nᵀ on a surface, I − t tᵀ on a curve, I if
-/// the point must not slide.
+/// A point on the geometry, and the projector onto the directions off it: n nᵀ on a surface with normal n, I − t tᵀ on
+/// a curve with tangent t, I if the point must not slide.
 template <int D>
 struct GeometryFoot {
     Vec<D> point;
     Sym<D> normal_projector;
 };
-/// Projects a point onto the geometry of a boundary edge. Pure, called from several threads.
+/// Projects a point onto the geometry of a boundary edge. Must be pure, because several threads call it.
 template <int D>
 using FootOnGeometry = std::function<GeometryFoot<D>(EdgeId, const Vec<D>&)>;
-/// The same for a boundary vertex.
 template <int D>
 using VertexOnGeometry = std::function<GeometryFoot<D>(VertexId, const Vec<D>&)>;
 
@@ -149,29 +146,29 @@ enum class SurfaceMoves : std::uint8_t { off_geometry, on_geometry };
 
 template <int D>
 struct RepairGuide {
-    Incidence<ElementId> shells;  ///< elements around each edge
-    /// Target position of an edge's node, for the vertices of the mesh. Called for edges near invalid elements. Null
-    /// for methods without models (`needs_models`).
+    Incidence<ElementId> shells;
+    /// Target position of an edge's node, for the original vertices. Called for edges near invalid elements. Null for
+    /// methods without models (`needs_models`).
     std::function<LagrangeNode<D>(EdgeId)> target_node = {};
     EdgeModels<D> models = {};
-    /// Extension of the boundary displacement (`extend_boundary`), one node per edge. Empty: computed locally.
+    /// Extension of the boundary displacement (`extend_boundary`), one node per edge. Empty: it is computed locally.
     Column<LagrangeNode<D>> global_extension = {};
-    /// Projection of boundary nodes, used before any leaves the geometry; null: they do not slide.
+    /// Projects boundary nodes, which slide before any node leaves the geometry; null: no slides.
     FootOnGeometry<D> onto = {};
-    /// Projection of boundary vertices, which take their edges' nodes with them; null: they stay.
+    /// Projects boundary vertices, which take the nodes of their edges along; null: no moves.
     VertexOnGeometry<D> vertices_onto = {};
     SurfaceMoves surface = SurfaceMoves::off_geometry;
 };
 
 struct RepairStatistics {
-    std::size_t corrected_elements = 0;   ///< invalid before, valid now
-    std::size_t raised_elements = 0;      ///< from below `RepairOptions::target` to at least the target
-    std::size_t moved_volume_nodes = 0;   ///< volume edges
-    std::size_t moved_surface_nodes = 0;  ///< surface and ridge edges; nodes possibly off the geometry
+    std::size_t corrected_elements = 0;
+    std::size_t raised_elements = 0;  ///< from below `RepairOptions::target` to at least the target
+    std::size_t moved_volume_nodes = 0;
+    std::size_t moved_surface_nodes = 0;  ///< nodes of surface and ridge edges, possibly off the geometry
     std::size_t moved_vertices = 0;
     double work = 0;  ///< unit of `RepairOptions::effort`
     std::size_t by_edges = 0, by_cavities = 0, by_extension = 0, by_vertices = 0, by_slides = 0,
-                by_surface = 0;  ///< elements
+                by_surface = 0;  ///< elements repaired by each kind of move
 };
 
 template <int D>
@@ -181,11 +178,12 @@ struct Repaired {
     std::vector<ElementId> unresolved = {};  ///< invalid when the work limit was reached; ascending
 };
 
-/// Counts the differences; nodes by the kinds of `before`.
+/// Counts changed elements, nodes and vertices. The edge kinds of `before` classify the nodes.
 template <int D>
 [[nodiscard]] RepairStatistics changes_between(const JudgedProposal<D>& before, const JudgedProposal<D>& after);
 
-/// Returns `after` with the kinds of `before` and statistics of all changes since; the work is that of `after`.
+/// Returns `after` with the edge kinds of `before` and statistics of all changes since `before`; the work is that of
+/// `after`.
 template <int D>
 [[nodiscard]] Repaired<D> with_all_changes(const JudgedProposal<D>& before, Repaired<D> after);
 
@@ -198,7 +196,7 @@ template <int D>
 [[nodiscard]] Column<EdgeChange> changes_after(const QuadraticMesh<D>& mesh, const Proposal<D>& before,
                                                const Column<Vec<D>>& points, const Column<LagrangeNode<D>>& mid_nodes);
 
-/// Sets the recommended target if none is required and the method raises elements.
+/// Sets the target to the recommended value if the user set none and the method is `extension`.
 [[nodiscard]] inline RepairOptions with_target(RepairOptions options, const JacobianBound& recommended) {
     if (!options.target.is_explicit && options.method == RepairMethod::extension) options.target = recommended;
     return options;
@@ -209,13 +207,13 @@ template <int D>
 namespace camber {
 
 enum class VertexFreedom : std::uint8_t {
-    fixed,    ///< does not move
-    free,     ///< moves in the volume
-    sliding,  ///< slides on the geometry
+    fixed,
+    free,
+    sliding,
 };
 
-/// Without moves all are `fixed`, else required vertices and those of fixed edges; `of_boundary`: freedom of other
-/// boundary vertices.
+/// If `moves` is `never`, all vertices are fixed. Otherwise required vertices and those of fixed edges are fixed, and
+/// other boundary vertices have the freedom `of_boundary`.
 template <int D>
 [[nodiscard]] inline Buffer<VertexFreedom> vertex_freedoms(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                            VertexMoves moves, VertexFreedom of_boundary) {
@@ -233,10 +231,10 @@ template <int D>
     return freedoms;
 }
 
-/// A repair judged for the minimum and the requested bound.
+/// A repair result, judged for the minimum bound and for the requested bound.
 template <int D>
 struct JudgedForBoth {
-    Repaired<D> repaired;  ///< for the requested bound
+    Repaired<D> repaired;
     std::size_t invalid = 0;
 
     /// Sort key.
@@ -257,10 +255,10 @@ template <int D>
     return JudgedForBoth<D>{std::move(repaired), least->validation().not_valid()};
 }
 
-/// For an unreachable bound, since passes do not distinguish elements below it from invalid ones. `requested`: result
-/// for the requested bound. If it has invalid elements, repairs with the minimum bound from `requested` and from
-/// `input` and selects the fewest invalid elements. If none is left, tries the requested bound once more. Errors: those
-/// of `repair`, stopped.
+/// For a bound that cannot be reached: repair passes do not distinguish elements below the bound from invalid ones.
+/// `requested` is the result for the requested bound. If it has invalid elements, repairs for the minimum bound from
+/// `requested` and from `input`, and selects the result with the fewest invalid elements. If none is invalid then,
+/// tries the requested bound once more. Errors: those of `repair`, stopped.
 template <int D, class Repair>
 [[nodiscard]] Outcome<Repaired<D>> min_invalid(const JudgedProposal<D>& input, Outcome<Repaired<D>> requested,
                                                const RepairOptions& options, const Execution& execution,
@@ -272,7 +270,7 @@ template <int D, class Repair>
     RepairOptions from_input = options;
     from_input.min_scaled_jacobian = min_bound;
     RepairOptions from_best = from_input;
-    from_best.boundary_tolerance = 0;  // `requested` already used the tolerance
+    from_best.boundary_tolerance = 0;  // the repair of `requested` has already used the tolerance
     const JudgedProposal<D> there = best->repaired.judged;
     for (const auto& [start, by] : {std::pair(&there, &from_best), std::pair(&input, &from_input)}) {
         if (best->invalid == 0) break;

@@ -1,4 +1,4 @@
-// Raises elements above the bound, to the target of the repair.
+// Improves elements above the bound to the target of the repair.
 module;
 #include <algorithm>
 #include <cstddef>
@@ -19,14 +19,14 @@ namespace camber {
 
 namespace {
 
-/// Tolerated relative loss: the accuracy of certified values.
+/// Tolerated relative loss of the scaled Jacobian, since certified values are only this accurate.
 constexpr double tolerated_loss = 1e-3;
 
-/// Share of the work of the repair.
+/// Share of the effort of the repair.
 constexpr double share_of_effort = 0.25;
 
-/// Puts nodes back until no valid element is both below the target and below its value in `before` (judged for the
-/// target). Elements valid in `at_bound` stay valid.
+/// Restores nodes until no valid element is below both the target and its value in `before`. Elements valid in
+/// `at_bound` stay valid.
 template <int D>
 Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& before, const Validation<D>& at_bound,
                               const Incidence<ElementId>& shells, const Execution& execution) {
@@ -58,7 +58,6 @@ Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& bef
     return Done{};
 }
 
-/// Counts elements valid in `at_bound` that newly reach the target.
 template <int D>
 Outcome<std::size_t> count_raised(const MovedMesh<D>& raised, const Validation<D>& at_target,
                                   const Validation<D>& at_bound, const Execution& execution) {

@@ -89,7 +89,7 @@ BoundedJacobian<D> jacobian_with(const Trial<D>& trial, ElementId e, EdgeId edge
     return bounded_jacobian(element);
 }
 
-/// Maximum number of relaxed elements of `repair_with_neighbours`, repeats included.
+/// Maximum number of elements that `repair_with_neighbours` relaxes, repeats included.
 constexpr std::size_t max_relaxed_elements = 200;
 
 template <int D>
@@ -122,7 +122,6 @@ bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, doubl
 
 namespace {
 
-/// Maximum numbers of sweeps over invalid elements, and over moved edges.
 constexpr int max_rounds = 20;
 constexpr int put_back_sweeps = 2;
 
@@ -134,7 +133,8 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     return check_limits(options);
 }
 
-/// An element or edge, and the elements that it reads and writes; nothing: not known in advance.
+/// An element or edge to process, and the elements that this reads and writes; nothing if they are not known in
+/// advance.
 template <class Id>
 struct Piece {
     Id id;
@@ -147,11 +147,11 @@ template <int D>
 struct Step {
     Moves<D> moves;
     bool moved = false;
-    std::vector<EdgeId> corrected;  ///< with one more correction
+    std::vector<EdgeId> corrected;
     std::vector<ElementId> broken;
 };
 
-/// Parallel relaxation with the result of sequential processing.
+/// Relaxes items in parallel with the result of sequential processing.
 template <int D>
 struct Relaxing {
     SegmentState<D> state;
@@ -165,7 +165,6 @@ struct Relaxing {
         elements |= ranges::actions::sort | ranges::actions::unique;
         return {e, std::move(elements)};
     }
-    /// Calls f(trial, id, step) for each item, and `finished(step)` in their order.
     template <class Id, class Needless, class F, class Finished>
     Outcome<Done> each_piece(std::vector<Piece<Id>> pieces, Needless&& needless, F&& f, Finished&& finished) {
         const auto round = [&](std::span<const Piece<Id>> now) -> Outcome<bool> {
@@ -190,8 +189,8 @@ struct Relaxing {
         const auto claim = [](const Piece<Id>& piece) { return piece.claim(); };
         return run_in_rounds(schedule, std::move(pieces), execution, needless, claim, round);
     }
-    /// Calls f(trial, element) for invalid elements of the queue, which keeps those that stay invalid. True if any
-    /// moved.
+    /// Calls f(trial, element) for the invalid elements of the queue, and removes those that become valid. True if a
+    /// node moved.
     template <class PieceOf, class F>
     Outcome<bool> turn(std::vector<ElementId>& queue, PieceOf&& piece, F&& f) {
         std::vector<Piece<ElementId>> pieces;
@@ -220,8 +219,9 @@ Outcome<Done> repair_in_sweeps(Relaxing<D>& relaxing, std::vector<ElementId>& qu
     return Done{};
 }
 
-/// Correction of the paper (§3.2): all volume edges of an invalid element by θ, then its surface edges. Elements that
-/// become invalid join the next iteration. Terminates: every edge is straight after max_corrections + 1 steps.
+/// Correction of the paper (§3.2): multiplies the offsets of all volume edges of an invalid element by θ, later those
+/// of its surface edges. Elements that become invalid are treated in the next iteration. The loop ends, because every
+/// edge is straight after max_corrections + 1 steps.
 template <int D>
 Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue) {
     const RepairOptions& options = relaxing.state.options;
@@ -229,7 +229,7 @@ Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue
     const auto correct = [&](Trial<D>& trial, ElementId e, Step<D>& step) {
         std::vector<EdgeId> movable = movable_edges(trial, e, EdgeGroup::volume);
         if (movable.empty()) movable = movable_edges(trial, e, EdgeGroup::surface);
-        if (movable.empty()) return;  // straight but still invalid
+        if (movable.empty()) return;  // the element is straight but still invalid
         Changes<D> changes;
         for (const EdgeId edge : movable) {
             const int* before = corrections.find(edge);
@@ -259,8 +259,8 @@ Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue
     return Done{};
 }
 
-/// Moves nodes towards their initial positions as far as their elements allow; surface and ridge nodes first, because
-/// they define the geometry.
+/// Moves nodes towards their initial positions as far as the elements around them allow; surface and ridge nodes first,
+/// because they define the geometry.
 template <int D>
 Outcome<Done> restore_all(Relaxing<D>& relaxing, std::vector<EdgeId> moved) {
     const SegmentState<D>& state = relaxing.state;
@@ -302,25 +302,23 @@ Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> qu
     return restore_all(relaxing, relaxing.state.moved.nodes.set_rows());
 }
 
-/// Number of steps of a node; each but the last covers half of the distance.
+/// Number of steps of a node; all but the last cover half of the remaining distance.
 constexpr int restoring_steps = 4;
 
-/// Moves nodes and vertices back to the input mesh. An invalid element moves its volume nodes, then its boundary nodes,
-/// then its vertices, until it equals the input element.
+/// Moves an invalid element towards the input element: volume nodes, then boundary nodes, then vertices.
 template <int D>
 struct Restoring {
     MovedMesh<D> moved;
     const Incidence<ElementId>& shells;
     const Column<EdgeKind>& kinds;
     double bound = 0;
-    Incidence<ElementId> balls = {};  ///< computed when vertices first move
+    Incidence<ElementId> balls = {};
     SparseMap<EdgeId, int> steps = {};
 
     [[nodiscard]] const QuadraticMesh<D>& mesh() const { return moved.mesh; }
     [[nodiscard]] NodalSimplex<D> input_element(ElementId e) const {
         return nodal_element<D>(mesh(), mesh().mid_nodes.view(), e);
     }
-    /// Node of the input mesh, shifted with the edge's vertices.
     [[nodiscard]] LagrangeNode<D> input_node(EdgeId edge) const {
         return {mesh().mid_nodes[edge].point + moved.shift(edge)};
     }
@@ -411,7 +409,6 @@ struct Restoring {
     }
 };
 
-/// Edges whose node differs from `before` and whose vertices are those of `input`.
 template <int D>
 std::vector<EdgeId> restored_edges(const MovedMesh<D>& moved, const Proposal<D>& before, const Proposal<D>& input) {
     std::vector<EdgeId> edges = moved.nodes.set_rows();

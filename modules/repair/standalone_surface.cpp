@@ -24,7 +24,7 @@ namespace {
 constexpr int max_sweeps = 60;
 constexpr int max_slides = 6;
 constexpr int return_sweeps = 2;
-constexpr double farthest_share = 0.4;  ///< displacement limit, as a share of the chord
+constexpr double farthest_share = 0.4;  ///< maximum displacement, as a share of the chord
 
 struct Freedom {
     std::array<Vec<3>, 3> basis{};
@@ -32,7 +32,7 @@ struct Freedom {
 };
 constexpr Freedom all_of_space{{Vec<3>{{1, 0, 0}}, Vec<3>{{0, 1, 0}}, Vec<3>{{0, 0, 1}}}, 3};
 
-/// Tangential directions; none for a node that must not slide.
+/// Returns a basis of the tangential directions; empty for a node that must not slide.
 Freedom along_geometry(const Sym<3>& normal_projector) {
     const double rank = trace(normal_projector);
     if (rank > 2.5) return {};
@@ -49,7 +49,6 @@ Freedom along_geometry(const Sym<3>& normal_projector) {
     return {{first, cross(direction, first)}, 2};
 }
 
-/// `share`: displacement relative to the chord.
 struct Move {
     EdgeId edge;
     Vec<3> point;
@@ -101,7 +100,7 @@ class Surface {
     }
 
     [[nodiscard]] double bound() const { return options_.min_scaled_jacobian; }
-    /// Bound for moves that leave the geometry.
+    /// Bound that justifies moves off the geometry.
     [[nodiscard]] double hard_bound() const { return options_.min_scaled_jacobian.is_explicit ? bound() : min_bound; }
 
     [[nodiscard]] bool is_free(EdgeId e) const {
@@ -127,7 +126,7 @@ class Surface {
             if (mesh_.edges.of_facets[t][k] == edge) s.nodes[3 + k] = p;
         return s;
     }
-    /// Coefficients divided by that of the straight triangle.
+    /// Jacobian coefficients divided by the determinant of the straight triangle.
     static std::array<double, 6> scaled(const SurfaceTriangle& s) {
         const BoundedJacobian<2> j = bounded_jacobian(s);
         std::array<double, 6> c{};
@@ -199,7 +198,7 @@ class Surface {
         return {edge, p, distance(p, nodes_[edge.index()].point) / chord(edge)};
     }
 
-    /// The target, then slightly above the bound.
+    /// Scaled Jacobians to try in turn: the target, then slightly above `least`.
     [[nodiscard]] std::array<double, 2> floors(double least) const {
         return {std::max(options_.target.value, least), least + 1e-3 * (1 - least)};
     }
@@ -248,7 +247,6 @@ class Surface {
         return best.has_value();
     }
 
-    /// Moves all nodes towards their chords by θ until the triangle is valid.
     bool straighten(std::size_t t) {
         const auto& edges = mesh_.edges.of_facets[t];
         for (int correction = 0; correction <= options_.max_corrections; ++correction) {
@@ -269,7 +267,7 @@ class Surface {
         return decide(triangle(t), hard_bound()) == Verdict::valid;
     }
 
-    /// Moves a node back as far as the coefficients allow, which are affine along the way.
+    /// The coefficients are affine on the segment to the initial position.
     void restore_move(EdgeId edge) {
         const Vec<3> from = nodes_[edge.index()].point;
         const Vec<3> to = before_.mid_nodes[edge].point;
@@ -372,7 +370,6 @@ std::vector<RemainingElement> remaining_triangles(const Repaired<3>& repaired) {
 
 namespace {
 
-/// Maximum number of iterations that fix nodes beyond the tolerance.
 constexpr int max_rounds = 12;
 
 Column<EdgeKind> with_fixed_edges(const Column<EdgeKind>& kinds, const std::vector<std::uint8_t>& is_fixed) {
@@ -382,7 +379,6 @@ Column<EdgeKind> with_fixed_edges(const Column<EdgeKind>& kinds, const std::vect
     return all;
 }
 
-/// Marks boundary nodes displaced by more than the tolerance; false if none.
 template <int D>
 bool fix_beyond_tolerance(const Proposal<D>& before, const Proposal<D>& after, double tolerance,
                           std::vector<std::uint8_t>& is_fixed) {
@@ -396,7 +392,6 @@ bool fix_beyond_tolerance(const Proposal<D>& before, const Proposal<D>& after, d
     return any;
 }
 
-/// Attempts of `repair_within`, which share one work limit.
 template <int D>
 struct Within {
     const JudgedProposal<D>& input;
@@ -417,11 +412,11 @@ struct Within {
     }
 };
 
-/// Repairs after a slide in planes; returns `preserved` if that is better.
+/// Slides nodes in planes, then repairs. Returns `preserved` unless the result has fewer invalid elements.
 Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> preserved,
                                         const std::vector<std::uint8_t>& is_fixed, double tolerance,
                                         SurfaceMoves surface) {
-    // Restores the boundary kinds, because fixed edges would not slide.
+    // Restores the edge kinds of the input, because fixed edges would not slide.
     auto slid = slid_in_planes(preserved.judged.with_kinds(within.input.proposal().kinds), tolerance, within.execution);
     if (!slid) return fail(slid.error());
     const auto start =
@@ -433,7 +428,8 @@ Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> preserved
     return preserved;
 }
 
-/// Slides in planes first, then from the initial positions if that leaves invalid elements.
+/// Slides nodes in planes, then repairs. If elements stay invalid, also repairs without the slide, and returns the
+/// better result.
 template <int D>
 Outcome<Repaired<D>> repair_on_geometry(Within<D>& within, Repaired<D> preserved) {
     const std::vector<std::uint8_t> none(within.input.proposal().kinds.size(), 0);

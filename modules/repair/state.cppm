@@ -20,10 +20,9 @@ import :options;
 
 namespace camber {
 
-/// Data for vertex moves; computed before the first one.
 struct VertexSurroundings {
     Incidence<ElementId> balls;
-    Column<VertexFreedom> freedom;  ///< per vertex
+    Column<VertexFreedom> freedom;
 };
 
 template <int D>
@@ -34,20 +33,19 @@ struct RepairState {
     Memo<EdgeId, QuadraticModel<D>> models;
     const RepairOptions& options;
     Column<EdgeKind> kinds;
-    Schedule& schedule;    ///< over the elements of the mesh
+    Schedule& schedule;
     double work_left = 0;  ///< unit: `edge_work`
     double work = 0;       ///< used so far
     VertexSurroundings around_vertices = {};
-    const FootOnGeometry<D>* onto = nullptr;             ///< null: boundary nodes do not slide
-    const VertexOnGeometry<D>* vertices_onto = nullptr;  ///< null: boundary vertices do not slide
+    const FootOnGeometry<D>* onto = nullptr;
+    const VertexOnGeometry<D>* vertices_onto = nullptr;
 
     [[nodiscard]] const QuadraticMesh<D>& mesh() const { return moved.mesh; }
     [[nodiscard]] bool exhausted() const { return work_left < 1; }
     [[nodiscard]] bool good(ElementId e) const { return moved.is_valid(e); }
     [[nodiscard]] NodalSimplex<D> element(ElementId e) const { return moved.element(e); }
-    /// Target position, shifted with the edge's vertices.
+    /// Target position of the edge's node, shifted with the chord midpoint.
     [[nodiscard]] Vec<D> target_position(EdgeId edge) const { return target_nodes(edge).point + moved.shift(edge); }
-    /// Cost model, shifted with the edge's vertices.
     [[nodiscard]] QuadraticModel<D> model(EdgeId edge) const {
         QuadraticModel<D> m = models[edge];
         m.centre += moved.shift(edge);
@@ -66,7 +64,7 @@ template <int D>
     return now < requested ? now : requested;
 }
 
-/// True if the element changes from valid to not valid, or loses det J > 0.
+/// True if the change to `next` loses validity, or at least det J > 0.
 template <int D>
 [[nodiscard]] inline bool is_degraded(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
                                       Verdict verdict) {
@@ -87,26 +85,25 @@ inline constexpr double edge_work = 1;
 template <int D>
 [[nodiscard]] Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed);
 
-/// Plans a move along the segment to the target position, with affine coefficients. Nothing if the step is short. Costs
-/// no work.
+/// Plans a move of the node along the segment to its target, on which the coefficients are affine. No plan if the step
+/// is short. Costs no work.
 template <int D>
 [[nodiscard]] Planned<D> plan_return_on_segment(const RepairState<D>& state, EdgeId edge);
 
-/// Minimum relative gain of a return.
+/// Minimum relative cost reduction that justifies a move towards the target.
 inline constexpr double min_returned_share = 0.01;
 
-/// Plans a move towards the target position as far as the elements allow; nothing if the gain is small.
+/// Plans a move of the node towards its target as far as the elements allow; no plan if the cost reduction is small.
 template <int D>
 [[nodiscard]] Planned<D> plan_return(const RepairState<D>& state, EdgeId edge);
 
 struct CavityExtent {
-    /// `slides`: surface nodes, and vertices of volume and boundary with the nodes of their edges.
+    /// `slides`: surface nodes, vertices in the volume and on the boundary, and the nodes of edges at these vertices.
     enum class Moves : std::uint8_t { volume_nodes, vertices, surface_nodes, slides };
     Moves moves = Moves::volume_nodes;
-    int closures = 0;  ///< 0: edges of the seed; each step adds those of adjacent elements
+    int closures = 0;  ///< 0: only edges of the seed; each step adds the edges of adjacent elements
 };
 
-/// Free edges and vertices, and all elements around them.
 template <int D>
 struct RepairCavity {
     std::vector<EdgeId> edges;       ///< free, ascending
@@ -116,48 +113,50 @@ struct RepairCavity {
 template <int D>
 [[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, CavityExtent extent);
 
-/// Plans a joint move that raises the seed to the scaled Jacobian `requested` (0: to the bound, at any cost) without
+/// Plans a joint move that gives the seed at least the scaled Jacobian `requested` (0: the bound, at any cost) without
 /// degrading an element.
 template <int D>
 [[nodiscard]] Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
                                             double requested, double max_work);
 
-/// Floors are this amount above the bound, because the solver ends within a fraction of it.
+/// Required scaled Jacobians are this amount above the bound, because the solver ends within a fraction of the amount.
 inline constexpr double floor_slack = 2e-6;
 
-/// Plans the same with boundary nodes and vertices sliding on the geometry (`onto`, `vertices_onto`). Each step moves
-/// in the tangent planes (along tangents on curves), then projects. Nothing if a few steps do not succeed.
+/// Like `plan_cavity_repair`, but boundary nodes and vertices slide on the geometry (`onto`, `vertices_onto`). Each
+/// step moves points in their tangent planes (along tangents of curves), then projects them. No plan if a few steps do
+/// not succeed.
 template <int D>
 [[nodiscard]] Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
                                            double requested, double max_work);
 
-/// Plans a joint move towards the target positions: the cheaper result of starts from the current and the target
-/// positions. Nothing if the gain is small.
+/// Plans a joint move of the cavity's points towards their targets: the cheaper of two solutions, started from the
+/// current and from the target positions. No plan if the cost reduction is small.
 template <int D>
 [[nodiscard]] Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double max_work);
 
-/// Restored position of a volume edge's node; nothing: it stays.
+/// Position to which the node of a volume edge is restored; nothing: the node stays.
 template <int D>
 using RestoredPosition = std::function<std::optional<LagrangeNode<D>>(EdgeId)>;
 
-/// Restores the nodes of queued elements in steps, the last one exact, until these reach the target. Elements that
-/// become invalid join the queue; some may stay degraded if the restored positions are invalid. Errors: stopped.
+/// Moves the nodes of queued elements to their restored positions in steps, the last one exact, until the elements
+/// reach the target. Elements that become invalid join the queue; some may stay degraded if the restored positions are
+/// invalid. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> restore_nodes(RepairState<D>& state, std::vector<ElementId> queue,
                                           const RestoredPosition<D>& restored, const Execution& execution);
 
-/// Moves nodes to `there`, except those of elements that would degrade.
+/// Plans moves of nodes to their positions in `there`, except nodes of elements that would degrade.
 template <int D>
 [[nodiscard]] Moves<D> plan_towards(const RepairState<D>& state, const Overlay<EdgeId, LagrangeNode<D>>& there);
 
-/// Mean ratio that straight elements keep when their vertices move, unless it is lower already.
+/// Mean ratio that a straight element keeps when its vertices move, unless its ratio is already lower.
 inline constexpr double enough_mean_ratio = 0.05;
-/// Straight elements below it count as flat.
+/// Straight elements with a lower mean ratio count as flat.
 inline constexpr double flat_mean_ratio = 1e-10;
 
 template <int D>
 struct ShapeFloor {
-    double determinant = 0;  ///< det J must exceed bound · this
+    double determinant = 0;  ///< det J must exceed bound · `determinant`
     double mean_ratio = 0;
 };
 
@@ -178,7 +177,8 @@ template <int D>
     return (D == 2 ? 2 : 6) * signed_measure<D>(corners);
 }
 
-/// From the mesh's element or, if that is flat or inverted, the mean over sound elements around its free vertices.
+/// Returns the values of the original straight element or, if that is flat or inverted, the means over sound elements
+/// around its free vertices.
 template <int D>
 [[nodiscard]] inline ShapeFloor<D> shape_floor(const RepairState<D>& state, ElementId e) {
     const auto own = corners_of(state, e);
@@ -202,7 +202,7 @@ template <int D>
     return {determinants / count, std::min(ratios / count, enough_mean_ratio)};
 }
 
-/// Verdict for det J ≥ bound · |det| of the straight form and, if vertices moved, of the mesh's straight element
+/// Verdict for det J ≥ bound · |det| of the current straight element and, if vertices moved, of the original one
 /// (`shape_floor`).
 template <int D>
 [[nodiscard]] inline Verdict verdict_of(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next) {
@@ -215,7 +215,7 @@ template <int D>
     return is < was ? decide(next, bound * was / is) : own;
 }
 
-/// True if the straight element keeps the mean ratio min(that in the mesh, 0.05). Elements that stay invalid must not
+/// True if the straight element keeps the mean ratio min(original ratio, 0.05). An element that stays invalid must not
 /// lose mean ratio.
 template <int D>
 [[nodiscard]] inline bool preserves_shape(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
@@ -228,7 +228,6 @@ template <int D>
     return ratio >= shape_floor(state, e).mean_ratio;
 }
 
-/// −1: absent.
 template <class T>
 [[nodiscard]] inline int index_in(const std::vector<T>& sorted, const T& value) {
     const auto it = std::lower_bound(sorted.begin(), sorted.end(), value);
@@ -248,7 +247,7 @@ template <int D>
 /// Cost of a vertex relative to an edge node.
 inline constexpr double vertex_weight = 4;
 
-/// Mean model of the vertex's edges, centred at the original vertex.
+/// Cost model of a vertex: the mean model of its edges, centred at the original position.
 template <int D>
 [[nodiscard]] inline OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
     OffsetModel<D> model{-state.moved.shift(vertex), {}};

@@ -47,7 +47,6 @@ Sym<D> outer(const Vec<D>& v) {
     return s;
 }
 
-/// Unit tangent of the curve; the chord direction if the geometry has none.
 template <int D>
 Vec<D> tangent_at(const Geometry<D>& geometry, const SurfacePoint<D>& foot, const EdgeSite<D>& site) {
     if (foot.parameters)
@@ -107,7 +106,7 @@ EdgesAtVertices edges_at_vertices(const QuadraticMesh<D>& mesh, const Column<Edg
     return all;
 }
 
-/// Returns an edge on the entity that the vertex slides on; nothing if it does not slide.
+/// Returns an edge on the surface or curve that the vertex slides on; nothing if it does not slide.
 template <int D>
 std::optional<EdgeId> edge_to_follow(const Geometry<D>& geometry, const Sites<D>& sites, const EdgesAtVertices& edges,
                                      VertexKind kind, VertexId v) {
@@ -170,7 +169,8 @@ FacetPairs crossing_pairs(const Crossings& crossings) {
     return pairs;
 }
 
-/// Nodes at shares of the way from the chord midpoint (0) to the initial position (`whole`).
+/// Finds positions without crossings, as shares of the way from the chord midpoint (0) to the initial position
+/// (`whole`).
 template <int D>
 class Uncrossing {
   public:
@@ -221,7 +221,6 @@ class Uncrossing {
         shares_[edge] = share;
         nodes_[edge.index()] = node_at(edge, share);
     }
-    /// Moves each edge of these facets one step back; false if none can move.
     bool lower(const FacetPairs& pairs) {
         std::vector<EdgeId> edges;
         for (const auto& [f, g] : pairs)
@@ -260,7 +259,8 @@ class Uncrossing {
                 if (g == f) continue;
                 const NodalFacet<D> other = nodal(g);
                 if (!box_of(other).meets(box) || is_unresolvable(f, g)) continue;
-                // Same order as in `find_crossings`: with limited work a pair may be decidable in one order only.
+                // The order is that of `find_crossings`, because with limited work a pair may be decidable in one order
+                // only.
                 if ((f < g ? crossing_of(facet, other) : crossing_of(other, facet)) == Crossing::crossing) return true;
             }
         }
@@ -269,7 +269,6 @@ class Uncrossing {
     [[nodiscard]] bool is_unresolvable(FacetId f, FacetId g) const {
         return std::ranges::binary_search(unresolvable_, std::pair(std::min(f, g), std::max(f, g)));
     }
-    /// Moves the edge to this share unless its facets cross there.
     bool raise(EdgeId edge, int share) {
         const int before = shares_.at(edge);
         put(edge, share);
@@ -277,7 +276,6 @@ class Uncrossing {
         for (const FacetId f : facets_.at(edge)) grid_.insert(f, box_of(nodal(f)));
         return true;
     }
-    /// Advances all edges until none can advance, then repeats with half the step.
     void raise_all() {
         find_facets_of_edges();
         for (int step = raising; step >= 1; step /= 2) {
@@ -294,14 +292,14 @@ class Uncrossing {
     std::span<const LagrangeNode<D>> targets_;
     std::span<const EdgeKind> kinds_;
     Buffer<LagrangeNode<D>> nodes_;
-    std::map<EdgeId, int> shares_;  ///< edges that were moved back
+    std::map<EdgeId, int> shares_;
     std::map<EdgeId, std::vector<FacetId>> facets_;
     FacetGrid<D> grid_;
     FacetPairs unresolvable_;
     std::vector<FacetId> near_;
 };
 
-/// The mesh's own guide if the caller has none, because all elements were valid.
+/// Makes a guide if `guide` is empty because all elements were valid.
 template <int D>
 Outcome<RepairGuide<D>> guide_or_own(const RepairGuide<D>& guide, const JudgedProposal<D>& judged,
                                      const Incidence<ElementId>& elements_of_edge, const Execution& execution) {
@@ -316,7 +314,6 @@ Outcome<RepairGuide<D>> guide_or_own(const RepairGuide<D>& guide, const JudgedPr
     return result;
 }
 
-/// `is_broken`: an element around the moved nodes is not valid.
 template <int D>
 struct Moved {
     JudgedProposal<D> judged;
@@ -374,7 +371,7 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
             if (!moved) return fail(moved.error());
             now = std::move(moved->judged);
             if (!moved->is_broken) break;
-            // The last iteration fixes no node, because chords are valid wherever the straight mesh is.
+            // The last iteration fixes no node, because chords are valid wherever the straight mesh is valid.
             Buffer<EdgeKind> kinds(before.kinds.begin(), before.kinds.end());
             if (round + 1 < rounds)
                 for (const EdgeId edge : edges) kinds[edge.index()] = EdgeKind::fixed;

@@ -39,10 +39,10 @@ std::string curved_unit_mesh_rows(const CurvedUnitMeshReport& r) {
     std::string text =
         "\n  In the metric of " + r.unit_mesh.metric + ", along the curves\n" + unit_mesh_rows(r.unit_mesh);
     if (r.lowest.number > 0)
-        text += table_row(
-            "quality at a point",
-            fmt::format("{:.4g} in element {}, {}", r.lowest.least, r.lowest.number,
-                        r.bound > 0 ? fmt::format("above {:.4g} everywhere", r.bound) : "no bound above 0 everywhere"));
+        text +=
+            table_row("quality at a point", fmt::format("{:.4g} in element {}, {}", r.lowest.least, r.lowest.number,
+                                                        r.bound > 0 ? fmt::format("above {:.4g} everywhere", r.bound)
+                                                                    : "no positive bound everywhere"));
     if (r.worst.empty()) return text;
     text += fmt::format("\n  The worst {} by their quality along the curves\n  {:>10}{:>12}{:>18}{:>14}\n",
                         r.worst.size(), "element", "quality", "at a point", "above");
@@ -58,7 +58,7 @@ std::string_view elements_of(const MeshReport& m) { return simplices[static_cast
 std::string_view judged_of(const MeshReport& m) { return simplices[static_cast<std::size_t>(m.judged_dimension())]; }
 std::string_view facets_of(const MeshReport& m) { return simplices[static_cast<std::size_t>(m.dimension) - 1]; }
 
-/// "1: 20 000, 2: 48 and 3 more"; empty where there is one reference alone, 0.
+/// Returns "1: 20 000, 2: 48 and 3 more"; empty if 0 is the only reference.
 std::string list_counts(const ReferenceCounts& counts, const Groups& groups, int dimension) {
     constexpr std::size_t shown = 8;
     if (counts.size() == 1 && counts.contains(0)) return {};
@@ -81,12 +81,12 @@ bool has_tags(const CheckReport& report) {
     return !report.numbers.tags.simplices[report.mesh.judged_dimension()].empty();
 }
 
-/// Numbers by which elements and vertices are called.
+/// Describes how elements and vertices are numbered.
 std::string numbering_of(const CheckReport& report) {
     const std::string elements = fmt::format("{} from 1, in the file's order", judged_of(report.mesh));
     const bool of_tags = !report.numbers.tags.vertices.empty();
     return elements + (has_tags(report) ? ", with the file's tags beside them; " : "; ") +
-           (of_tags ? "vertices by the file's tags" : "vertices as the file numbers them");
+           (of_tags ? "vertices by the file's tags" : "vertices in the file's order");
 }
 
 std::string mesh_rows(const CheckReport& report) {
@@ -95,7 +95,7 @@ std::string mesh_rows(const CheckReport& report) {
         table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
         table_row("vertices", m.vertices) + table_row("nodes", m.nodes) +
         (m.is_standalone_surface()
-             ? count_rows("triangles, a surface alone", m.facets, report.facets_by_reference, report.groups, 2)
+             ? count_rows("triangles, no volume", m.facets, report.facets_by_reference, report.groups, 2)
              : count_rows(elements_of(m), m.elements, report.elements_by_reference, report.groups, m.dimension) +
                    count_rows(fmt::format("boundary {}", facets_of(m)), m.facets, report.facets_by_reference,
                               report.groups, m.dimension - 1));
@@ -105,7 +105,7 @@ std::string mesh_rows(const CheckReport& report) {
 }
 
 std::string validity_rows(const CheckReport& r) {
-    if (r.mesh.judged() == 0) return table_row("valid elements", "none to judge");
+    if (r.mesh.judged() == 0) return table_row("valid elements", "none to check");
     const bool is_alone = r.mesh.is_standalone_surface();
     const std::string judged = is_alone ? "triangle" : "element";
     const auto called_element = [&](std::size_t e) { return judged + " " + called(e, r.tag_of(e)); };
@@ -121,21 +121,21 @@ std::string validity_rows(const CheckReport& r) {
                                                   scaled_jacobian_text(r.smallest, r.invalid == 0 && r.undecided == 0),
                                                   called_element(r.worst_element)));
     if (r.worst.empty()) return text;
-    return text + table_row("smallest quality", fmt::format("{:.4g}, of {} (det J says nothing of a straight mesh)",
+    return text + table_row("smallest quality", fmt::format("{:.4g}, of {} (det J is constant in straight elements)",
                                                             *r.worst[0].quality, called_element(r.worst[0].number)));
 }
 
-/// A subject of defects, and the sentence about a mesh without them.
+/// A kind of defects, and the sentence for a mesh without them.
 struct ConcernText {
     std::string_view name, good;
 };
 constexpr std::array<ConcernText, 6> concerns{{
-    {"conformity", "no element twice, no face of more than two, no vertex inside a face"},
+    {"conformity", "no duplicate element, no face of more than two elements, no vertex inside a face"},
     {"orientation", "no element reversed, inverted or flat"},
-    {"nodes", "none unused, none at the place of another"},
-    {"boundary", "all of it listed, once, and nothing else"},
-    {"closure", "the boundary is closed, and meets itself at no vertex or edge"},
-    {"walls", "no element has two faces on one smooth wall"},
+    {"nodes", "none unused, no two at the same position"},
+    {"boundary", "complete, without duplicate or additional facets"},
+    {"closure", "the boundary is closed and does not touch itself at a vertex or edge"},
+    {"walls", "no element has two faces on one smooth part of the boundary"},
 }};
 
 std::string soundness_rows(const SoundnessReport& s) {
@@ -164,7 +164,7 @@ std::string_view words_of(Crossing verdict) {
     switch (verdict) {
         case Crossing::crossing: return "pass through each other";
         case Crossing::touching: return "touch";
-        default: return "touch, or are too near to each other to tell";
+        default: return "touch, or are too close to each other to decide";
     }
 }
 
@@ -175,16 +175,16 @@ std::string sentence_of(const CrossingReport& c, const CheckReport& report) {
     const std::string what = itself
                                  ? first + (c.verdict == Crossing::crossing ? " crosses itself" : " may cross itself")
                                  : fmt::format("{} and {} {}", first, name_of_facet(c, 1, report), words_of(c.verdict));
-    if (c.verdict == Crossing::touching) return what + ": contact; to be joined they want common vertices";
-    if (m.degree == 1 || c.straight_too) return what + ": mend the straight mesh";
-    return what + (itself ? ": mend the nodes of its edges" : ": only curved; smaller facets bow less");
+    if (c.verdict == Crossing::touching) return what + ": contact; connected parts must share vertices";
+    if (m.degree == 1 || c.straight_too) return what + ": repair the straight mesh";
+    return what + (itself ? ": repair the nodes of its edges" : ": only when curved; use smaller facets");
 }
 
 std::string number_of_others(std::size_t all, std::size_t shown) {
     return all > shown ? fmt::format("{:18}and {} more (--json)\n", "", grouped(all - shown)) : std::string();
 }
 
-/// Pairs that cross come first, then those that may.
+/// Lists pairs that cross first, then pairs that may cross.
 std::string crossing_rows(const CheckReport& report, std::size_t most) {
     const CrossingsReport& c = report.crossings;
     if (!c.looked_at || c.facets == 0) return {};
@@ -195,7 +195,7 @@ std::string crossing_rows(const CheckReport& report, std::size_t most) {
     std::string text = fmt::format(
         "  {} {:<14}{} pairs of {} pass through each other, {} touch, {} undecided{}\n", n.crossing > 0 ? "!" : "-",
         "crossings", grouped(n.crossing), facets_of(report.mesh), grouped(n.touching), grouped(n.undecided),
-        n.cut_short > 0 ? fmt::format(" ({} of them for want of work)", grouped(n.cut_short)) : std::string());
+        n.cut_short > 0 ? fmt::format(" ({} of them due to the limit of work)", grouped(n.cut_short)) : std::string());
     std::size_t shown = 0;
     for (const Crossing verdict : {Crossing::crossing, Crossing::undecided, Crossing::touching})
         for (const CrossingReport& pair : c.found)
@@ -221,7 +221,7 @@ std::string overlap_rows(const CheckReport& report, std::size_t most) {
     return text + number_of_others(o.found.size(), most);
 }
 
-/// The point at which an invalid element is proved to fail: all digits, or fractions.
+/// Point where an invalid element is proven invalid: exact digits or fractions.
 std::string barycentric_text(const ElementReport& e) {
     const std::vector<double>& weights = e.witness->barycentric;
     if (e.verdict != Verdict::invalid) return fmt::format("({:.3g})", fmt::join(weights, ", "));
@@ -231,20 +231,20 @@ std::string barycentric_text(const ElementReport& e) {
     return fmt::format("({:.60g}{})", fmt::join(weights, divisor + ", "), divisor);
 }
 
-/// Parts between semicolons on lines of their own.
+/// Starts a new line after each semicolon.
 std::string break_lines(std::string text, std::size_t indent) {
     for (std::size_t at = text.find("; "); at != std::string::npos; at = text.find("; ", at))
         text.replace(at, 2, ",\n" + std::string(indent, ' '));
     return text;
 }
 
-/// Other programs give this name to Knupp's measure, by the lengths of edges.
+/// Explained in the table, since other programs use this name for Knupp's measure by edge lengths.
 constexpr std::string_view scaled_jacobian_words =
-    "\n  (scaled J, the scaled Jacobian: det J as a share of the straight element's, at its lowest)";
+    "\n  (scaled J, the scaled Jacobian: minimum of det J, relative to the straight element)";
 
 constexpr std::string_view scaled_normal_words =
-    "\n  (scaled J, the scaled Jacobian: det J in the plane of the straight triangle, as a share of that one's, at its "
-    "lowest)";
+    "\n  (scaled J, the scaled Jacobian: minimum of det J in the plane of the straight triangle, relative to that "
+    "triangle)";
 
 std::string worst_rows(const CheckReport& report) {
     if (report.worst.empty()) return {};
@@ -263,7 +263,7 @@ std::string worst_rows(const CheckReport& report) {
                     : is_alone ? scaled_normal_words
                                : scaled_jacobian_words,
                     is_alone ? "triangle" : "element", tagged ? "       tag" : "", "reference", width, "verdict",
-                    curved ? "scaled J" : "quality", curved ? "lowest at: barycentric; point" : "reason");
+                    curved ? "scaled J" : "quality", curved ? "minimum at: barycentric; point" : "reason");
     for (const ElementReport& e : report.worst) {
         text += fmt::format("  {:>10}{}{:>{}}  {:<10}{:>12}  ", e.number, tagged ? fmt::format("{:>10}", e.tag) : "",
                             reference_of(e), width, word(e.verdict),

@@ -1,4 +1,4 @@
-// Plan of a run, and the table of its cycles
+// Plan of a run and the table of its cycles
 module;
 #include <algorithm>
 #include <cstddef>
@@ -25,9 +25,9 @@ namespace camber::run {
 
 namespace {
 
-constexpr double seconds_of_work = 3.3e-5;  ///< of one thread, for a unit of RepairOptions::effort
+constexpr double seconds_of_work = 3.3e-5;  ///< of one thread per unit of RepairOptions::effort
 
-/// Time limit of the repair of a stage; empty for stages that do not repair by optimisation.
+/// Time limit of a repair stage; empty for stages that do not repair by optimisation.
 std::string repair_limit(const config::Stage& stage, int threads) {
     const auto* relax = std::get_if<config::Relax>(&stage);
     if (!relax || !needs_models(relax->method)) return {};
@@ -43,7 +43,7 @@ bool has_element_target(const config::Stage& stage) {
         []<class S>(const S&) { return std::is_same_v<S, config::Remesh> || std::is_same_v<S, config::Split>; }, stage);
 }
 
-/// A stage's line without the bound that a stage before it has, too: one bound is said once.
+/// Removes the bound from a stage's line if a previous stage has the same one.
 std::string without_said(const std::string& stage, std::set<std::string, std::less<>>& said) {
     constexpr std::string_view bound = " min_scaled_jacobian=";
     const auto begin = stage.find(bound);
@@ -53,14 +53,14 @@ std::string without_said(const std::string& stage, std::set<std::string, std::le
     return stage.substr(0, begin) + stage.substr(end);
 }
 
-/// The size that the time is of: what passes make, where that is more.
+/// Size for the time estimate: the expected result of the passes if it is larger.
 PlanSize with_growth(PlanSize size, const std::optional<Growth>& growth) {
     const double edges_of_an_element = size.dimension == 2 ? 1.5 : 1.2;
     if (growth) size.edges = std::max(size.edges, static_cast<std::size_t>(edges_of_an_element * growth->elements));
     return size;
 }
 
-/// Share of the work of repair that a probe may do.
+/// Fraction of the repair work that a probe may do.
 constexpr double probed_share = 0.02;
 
 config::Relax* repair_by_optimisation(config::Stage& stage) {
@@ -74,9 +74,9 @@ std::string seconds_text(double seconds) {
     return fmt::format("about {:.2g} minutes", seconds / 60);
 }
 
-/// "seconds", "minutes" or "hours": by 5 000 to 30 000 edges a second and thread.
+/// Returns "seconds", "minutes" or "hours", for 5 000 to 30 000 edges per second and thread.
 std::string time_class(const PlanSize& size, int threads) {
-    constexpr double slow = 5000, fast = 30000;  // edges a second and thread, all stages together
+    constexpr double slow = 5000, fast = 30000;  // edges per second and thread, for all stages together
     const double edges = static_cast<double>(size.edges) / (threads > 0 ? threads : 1);
     const double mean = edges / (size.dimension == 2 ? fast : 0.5 * (slow + fast));
     if (mean < 1) return "about a second";
@@ -87,7 +87,7 @@ std::string time_class(const PlanSize& size, int threads) {
 }  // namespace
 
 std::optional<config::Pipeline> probe_of(const config::Pipeline& pipeline, const PlanSize& size, int threads) {
-    constexpr double most_edges = 2e5;  // of a thread: seconds
+    constexpr double most_edges = 2e5;  // per thread; they take seconds
     if (static_cast<double>(size.edges) > most_edges * threads) return std::nullopt;
     config::Pipeline probe = pipeline;
     probe.output = {};
@@ -130,11 +130,10 @@ std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& par
         if (const auto limit = repair_limit(pipeline.stages[i], threads); !limit.empty())
             text += short_row("  repair ends after", limit);
         if (has_element_target(pipeline.stages[i]))
-            text +=
-                growth
-                    ? short_row("  the metric asks for", fmt::format("some {:.2g} {}", growth->elements,
+            text += growth
+                        ? short_row("  metric requires", fmt::format("about {:.2g} {}", growth->elements,
                                                                      size.dimension == 2 ? "triangles" : "tetrahedra"))
-                    : short_row("  not counted below", "what it makes: known when the stages before it are done");
+                        : short_row("  not counted below", "result of this stage: known after the previous stages");
     }
     const std::size_t peak = std::max(size.peak_bytes, growth ? growth->peak_bytes : 0);
     return text + short_row("threads", fmt::format("{}", threads)) +
@@ -144,7 +143,7 @@ std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& par
 
 namespace {
 
-/// A number, or nothing where there is none.
+/// Returns "-" if there is no value.
 std::string cell(bool there, std::string text) { return there ? std::move(text) : "-"; }
 std::string percent(double share) { return fmt::format("{:.1f}", 100 * share); }
 std::string error_cells(const std::optional<CycleError>& error) {
@@ -152,7 +151,7 @@ std::string error_cells(const std::optional<CycleError>& error) {
                        cell(error.has_value(), error ? fmt::format("{:.2e}", error->h1) : ""));
 }
 
-/// The distance and its bound. A distance far below the bound is the rounding of a plane boundary.
+/// Distance and its bound. A distance far below the bound is the rounding error of a plane boundary.
 std::string distance_cell(const BoundaryDistance& boundary) {
     constexpr double least_share = 1e-9;
     if (boundary.reached < least_share * boundary.bound) return fmt::format("0, {:.2e}", boundary.bound);
@@ -173,14 +172,14 @@ auto read_list(const std::string& text, const char* key, const Read& read, Error
     }
 }
 
-/// False if the exact solution is known: the table then has the error of its interpolant.
+/// False if the exact solution is known. The table then shows the error of its interpolant.
 bool shows_expected(const config::Adaptation& adapt) { return adapt.exact.empty() || !adapt.solve.empty(); }
 
 }  // namespace
 
 std::string cycles_head(const config::Adaptation& adapt) {
     std::string text = fmt::format("{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8}", "cycle", "unknowns", "elements",
-                                   "complexity, target", "unit edges, %", "quality", "least J");
+                                   "complexity, target", "unit edges, %", "quality", "min J");
     text += fmt::format(" {:>18}", "distance, bound");
     if (shows_expected(adapt)) text += fmt::format(" {:>9}", "expected");
     if (!adapt.exact.empty()) text += fmt::format(" {:>19}", "interpolated L2, H1");
@@ -220,7 +219,7 @@ Outcome<std::vector<CycleRow>> read_cycles(const std::string& text, const std::s
                     "is of an earlier version: \"complexity_wanted\" was renamed to \"complexity_target\"", path, {},
                     "start again without --from, in another folder");
     return read_list(text, "cycles", value_of_json<CycleRow>,
-                     {ErrorKind::input, "is no table of cycles", path, {}, "give another folder"});
+                     {ErrorKind::input, "is not a table of cycles", path, {}, "use another folder"});
 }
 
 std::string groups_json(const Groups& groups) {
@@ -235,7 +234,7 @@ Outcome<Groups> read_groups(const std::string& text, const std::string& path) {
         return Group{j.at("dimension").get<int>(), j.at("reference").get<Reference>(), j.at("name").get<std::string>()};
     };
     return read_list(text, "groups", group,
-                     {ErrorKind::input, "is no list of names of references", path, {}, "give another folder"});
+                     {ErrorKind::input, "is not a list of names of references", path, {}, "use another folder"});
 }
 
 std::string series_of(std::span<const CycleRow> rows, const std::string& view) {

@@ -1,4 +1,4 @@
-// camber.reports: a mesh is checked, and the result is printed as a table and drawn as a picture.
+// Example of camber.reports: checks a mesh, prints the result as a table and draws it.
 #include <cstddef>
 #include <cstdio>
 #include <utility>
@@ -12,7 +12,7 @@ import camber.reports;
 
 using namespace camber;
 
-/// Returns a square of two triangles, of degree 2.
+/// Returns a square of two triangles of degree 2.
 static Outcome<Mesh<2>> square(const Execution& execution) {
     LinearMesh<2> mesh;
     mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{1, 1}}, {{0, 1}}};

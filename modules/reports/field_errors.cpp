@@ -21,7 +21,7 @@ std::string norm_text(const ErrorNorm& norm) {
     return norm.value <= 4 * norm.rounding ? "0 to rounding" : fmt::format("{:.4g}", norm.value);
 }
 
-/// Width of the names of meshes: that of the longest.
+/// Width of the longest mesh name.
 int name_width(const InterpolationError& e) { return e.compared_with == Comparison::straight ? 28 : 46; }
 
 std::string row(const InterpolationError& e, std::string_view name, std::string_view l2, std::string_view h1) {
@@ -51,50 +51,49 @@ double largest_uncertainty(const InterpolationError& e, ErrorNorm InterpolantErr
     return largest;
 }
 
-/// The meshes, their errors, and the ratio of the last two.
+/// Rows of the meshes with their errors, and the ratio of the last two.
 std::string rows_of_meshes(const InterpolationError& e, int degree) {
     const bool walls_are_curved = e.compared_with == Comparison::same_boundary;
     std::string text = norms_row(e, "degree 1", e.linear) + norms_row(e, "degree 2, straight edges", e.straight);
     if (degree != 2) return text;
     if (walls_are_curved) text += norms_row(e, "degree 2, same boundary, straight inner edges", e.same_boundary);
     const auto [l2, h1] = ratios_of(e);
-    text += norms_row(e, "degree 2, as it is", e.curved) +
-            row(e, walls_are_curved ? "straight inner edges / as it is" : "straight / as it is", ratio_text(l2),
+    text += norms_row(e, "degree 2, curved edges", e.curved) +
+            row(e, walls_are_curved ? "straight inner edges / curved" : "straight / curved", ratio_text(l2),
                 ratio_text(h1));
-    if (!walls_are_curved) return text + "   (above 1: curvature pays)\n";
+    if (!walls_are_curved) return text + "   (above 1: curvature reduces the error)\n";
     const bool same = e.compared().l2.squares == e.curved.l2.squares && e.compared().h1.squares == e.curved.h1.squares;
-    return text + (same ? "   (no inner edge is curved)\n" : "   (above 1: curved inner edges pay)\n");
+    return text + (same ? "   (no inner edge is curved)\n" : "   (above 1: curved inner edges reduce the error)\n");
 }
 
-/// Remarks on the meshes of the comparison if walls are curved.
+/// Remarks on the compared meshes if the boundary is curved.
 std::string remarks_on_comparison(const InterpolationError& e, int dimension) {
     if (e.compared_with == Comparison::straight) return {};
     std::string text = fmt::format(
-        "    Walls are curved: straight edges everywhere cover another domain ({} {:.6g} instead of {:.6g}, {:+.2g} "
-        "%).\n"
-        "      The first two errors are on that one: they do not compare with the others, and leave out what a solver\n"
-        "      loses by the wrong boundary\n",
+        "    The boundary is curved: a mesh with only straight edges covers another domain ({} {:.6g} instead of "
+        "{:.6g}, {:+.2g} %).\n      The first two errors are on that domain. They are not comparable with the others, "
+        "and do not\n      include a solver's error due to the wrong boundary.\n",
         dimension == 2 ? "area" : "volume", e.volume.straight, e.volume.curved,
         100 * (e.volume.straight / e.volume.curved - 1));
     if (e.same_boundary_inverted > 0)
         text += fmt::format(
-            "    ! {} elements are inverted (det J <= 0 at a point) where inner edges are straight: no solver could "
-            "use\n"
-            "      that mesh. The ratio flatters it: |det J| is taken there, and its H1 error has no digits\n",
+            "    ! {} elements are inverted (det J <= 0 at a point) if inner edges are straight: no solver could "
+            "use\n      this mesh. The ratio is too favourable to it: |det J| is used there, and its H1 error has no "
+            "correct digits.\n",
             grouped(e.same_boundary_inverted));
     return text;
 }
 
 std::string remarks(const InterpolationError& e) {
     std::string text =
-        fmt::format("    quadrature: certain to {:.1g} (L2) and {:.1g} (H1) of each number\n",
+        fmt::format("    quadrature: relative error of each number at most {:.1g} (L2) and {:.1g} (H1)\n",
                     largest_uncertainty(e, &InterpolantError::l2), largest_uncertainty(e, &InterpolantError::h1));
     if (e.unresolved > 0)
-        text += fmt::format("    ! {} elements in which the quadrature found no end\n", grouped(e.unresolved));
+        text += fmt::format("    ! {} elements in which the quadrature did not converge\n", grouped(e.unresolved));
     if (e.curved_inverted > 0)
         text += fmt::format(
-            "    ! {} elements where det J <= 0 at a point of the quadrature ({} straight): |det J| is taken, and "
-            "the H1\n      error has no digits there\n",
+            "    ! {} elements with det J <= 0 at a quadrature point ({} straight): |det J| is used, and the H1\n      "
+            "error has no correct digits there\n",
             grouped(e.curved_inverted), grouped(e.straight_inverted));
     return text;
 }
@@ -108,13 +107,12 @@ std::string field_table(const FieldErrors& field, const MeshReport& mesh) {
     text += rows_of_meshes(e, mesh.degree) + remarks_on_comparison(e, mesh.dimension) + remarks(e);
     if (e.compared().l2.value <= 4 * e.compared().l2.rounding) return text;
     const bool of_straight = e.compared_with == Comparison::straight;
-    text += fmt::format("    {:<22}{:>14}{:>14}{:>12}\n", "where the L2 error^2 sits", "elements",
-                        of_straight ? "straight" : "same boundary", mesh.degree == 2 ? "as it is" : "");
+    text += fmt::format("    {:<22}{:>14}{:>14}{:>12}\n", "location of L2 error^2", "elements",
+                        of_straight ? "straight" : "same boundary", mesh.degree == 2 ? "curved" : "");
     const auto compared = of_straight ? &ErrorBin::straight : &ErrorBin::same_boundary;
     if (mesh.degree == 2)
-        text +=
-            bin_rows("curvature, |node - middle|/|chord| of the edge that is bent most", field.by_curvature, compared) +
-            bin_rows("smallest scaled Jacobian", field.by_scaled_jacobian, compared);
+        text += bin_rows("curvature, |node - middle|/|chord| of the most curved edge", field.by_curvature, compared) +
+                bin_rows("smallest scaled Jacobian", field.by_scaled_jacobian, compared);
     return text + bin_rows("edges between the element and the boundary", field.by_boundary, compared);
 }
 
@@ -143,24 +141,24 @@ std::string carried_rows(const TransferReport& r) {
 }
 
 std::string solution_metric_rows(const SolutionMetricReport& r) {
-    std::string text = table_row("complexity asked", fmt::format("{:.6g}", r.requested));
+    std::string text = table_row("complexity requested", fmt::format("{:.6g}", r.requested));
     text += table_row("complexity",
                       fmt::format("{:.6g} ({} evaluations, {} gradations)", r.complexity, r.evaluations, r.gradations));
     text += table_row("elements expected", fmt::format("{:.0f}", r.elements));
-    if (r.fixed_complexity > 0) text += table_row("of what is fixed", fmt::format("{:.6g}", r.fixed_complexity));
+    if (r.fixed_complexity > 0) text += table_row("of fixed metrics", fmt::format("{:.6g}", r.fixed_complexity));
     text += table_row("largest anisotropy", fmt::format("{:.4g}", r.largest_anisotropy));
     text += table_row("vertices at bounds", fmt::format("{:.1f} % at the smallest size, {:.1f} % at the largest",
                                                         100 * r.at_min, 100 * r.at_max));
-    text += table_row("derivatives", fmt::format("{} rows: {} of the boundary from inner ones, {} of a lower degree",
+    text += table_row("derivatives", fmt::format("{} rows: {} on the boundary from inner ones, {} of a lower degree",
                                                  r.rows, r.from_inner_fits, r.lower_degree));
-    text += table_row("models", fmt::format("degree {}; {} without derivatives, {} bounded to an anisotropy of {:.3g}",
+    text += table_row("models", fmt::format("degree {}; {} without derivatives, {} limited to an anisotropy of {:.3g}",
                                             r.degree, r.zero_models, r.floored_models, r.models_max_anisotropy));
     return text;
 }
 
 std::string transfer_rows(const TransferReport& r) {
     const TransferStatistics& s = r.statistics;
-    std::string text = table_row("nodes kept", fmt::format("{}, to the bit", s.preserved));
+    std::string text = table_row("nodes unchanged", fmt::format("{}, bit for bit", s.preserved));
     text += table_row("nodes interpolated", s.interpolated);
     if (s.outside > 0)
         text += table_row("nodes outside", fmt::format("{}, by up to {:.3g}: the nearest point of the boundary",
@@ -170,7 +168,7 @@ std::string transfer_rows(const TransferReport& r) {
                       fmt::format("{} nodes of {} elements in {} patches", s.projected, s.changed_elements, s.patches));
     if (s.unconserved_materials > 0)
         text += table_row("materials without a free node",
-                          fmt::format("{}: their integrals are not kept", s.unconserved_materials));
+                          fmt::format("{}: their integrals are not preserved", s.unconserved_materials));
     return text + integral_rows(r);
 }
 

@@ -1,4 +1,4 @@
-// Tables of a boundary and its geometry, and of the contents of a file
+// Tables of a boundary, of its geometry, and of file contents
 module;
 #include <algorithm>
 #include <concepts>
@@ -38,11 +38,11 @@ std::string mesh_rows(const GeometryReport& r) {
     std::string text = table_row("dimension, degree", fmt::format("{}D, P{}", r.mesh.dimension, r.mesh.degree)) +
                        table_row(flat ? "boundary edges" : "boundary triangles", r.mesh.facets);
     if (r.interface_facets > 0) text += table_row("  with elements on both sides", r.interface_facets);
-    if (r.isolated_facets > 0) text += table_row("! with elements on neither", r.isolated_facets);
+    if (r.isolated_facets > 0) text += table_row("! without elements", r.isolated_facets);
     text += table_row(flat ? "smooth curves" : "patches", r.patches.size());
     if (!flat) text += table_row("ridges", r.ridges.size());
     text += table_row("corners", r.corners.size());
-    if (r.smooth_listed_edges > 0) text += table_row("listed edges that are no ridges", r.smooth_listed_edges);
+    if (r.smooth_listed_edges > 0) text += table_row("listed edges, not ridges", r.smooth_listed_edges);
     return text;
 }
 
@@ -55,7 +55,7 @@ std::string hinge_rows(const HingesReport& hinges, const std::string& name, std:
     return text;
 }
 
-/// The items by falling size.
+/// Sorts the items by decreasing size.
 template <class Item>
 std::vector<const Item*> by_size(const std::vector<Item>& items, auto&& size) {
     std::vector<const Item*> order;
@@ -65,7 +65,7 @@ std::vector<const Item*> by_size(const std::vector<Item>& items, auto&& size) {
     return order;
 }
 
-/// A row for each of the first items, and the number of the others.
+/// Rows of the first `most` items, and the number of the others.
 std::string rows_of_first(const auto& items, std::size_t most, auto&& row) {
     std::string text;
     for (std::size_t i = 0; i < std::min(most, items.size()); ++i) text += row(*items[i]);
@@ -115,12 +115,12 @@ std::string warning_rows(const GeometryReport& r) {
 
 std::string distance_part(const GeometryReport& r) {
     if (!r.distances) return {};
-    return fmt::format("\n  {} and the boundary as it is ({})\n", r.distances->geometry,
+    return fmt::format("\n  {} and the {} boundary\n", r.distances->geometry,
                        r.mesh.degree == 2 ? "curved" : "straight") +
            distance_rows(*r.distances) + (r.worst == 0 ? std::string() : entity_rows(*r.distances, r.worst));
 }
 
-/// Largest and mean distance this way, and its worst entity.
+/// Largest and mean distance in one direction, with the worst entity.
 std::string one_way_text(const DistancesReport& report, const OneWayReport& all, OneWayReport EntityReport::* way) {
     if (all.samples == 0) return "not measured: it has no surface";
     std::string text = fmt::format("largest {:.4g}, mean {:.4g}", all.largest, all.mean);
@@ -142,8 +142,8 @@ std::string inspect_table(const GeometryReport& r) {
     const std::string hinge = flat ? "vertex" : "edge", hinges = flat ? "vertices" : "edges";
     return mesh_rows(r) + hinge_rows(r.open, hinges + " of one facet (open)", hinge) +
            hinge_rows(r.crowded, hinges + " of more than two facets", hinge) +
-           hinge_rows(r.turned, "! facets turned to other sides", hinge) + (r.cad ? cad_rows(*r.cad) : "") +
-           patch_rows(r) + ridge_rows(r) + warning_rows(r) + distance_part(r);
+           hinge_rows(r.turned, "! misoriented facets", hinge) + (r.cad ? cad_rows(*r.cad) : "") + patch_rows(r) +
+           ridge_rows(r) + warning_rows(r) + distance_part(r);
 }
 
 std::vector<const EntityReport*> farthest_first(const DistancesReport& report) {
@@ -152,14 +152,14 @@ std::vector<const EntityReport*> farthest_first(const DistancesReport& report) {
 }
 
 std::string distance_rows(const DistancesReport& report) {
-    return table_row("from the boundary to it", one_way_text(report, report.to_geometry, &EntityReport::to_geometry)) +
-           table_row("from it to the boundary", one_way_text(report, report.to_boundary, &EntityReport::to_boundary));
+    return table_row("boundary to geometry", one_way_text(report, report.to_geometry, &EntityReport::to_geometry)) +
+           table_row("geometry to boundary", one_way_text(report, report.to_boundary, &EntityReport::to_boundary));
 }
 
 std::string entity_rows(const DistancesReport& report, std::size_t most) {
     return fmt::format("  {:<24}{:>10}{:>22}{:>22}\n  {:<24}{:>10}{:>11}{:>11}{:>11}{:>11}\n", "", "",
-                       "to the geometry", "to the boundary", "the farthest first", "pieces", "largest", "mean",
-                       "largest", "mean") +
+                       "to the geometry", "to the boundary", "farthest first", "pieces", "largest", "mean", "largest",
+                       "mean") +
            rows_of_first(farthest_first(report), most, [](const EntityReport& entity) {
                return fmt::format("  {:<24}{:>10}{}{}\n", entity.name, entity.pieces, cells(entity.to_geometry),
                                   cells(entity.to_boundary));
@@ -177,14 +177,14 @@ std::string counts_text(std::string_view key, const ReferenceCounts& counts, con
     return text;
 }
 
-/// A row for each item, the first with the key.
+/// One row for each item, the first with the key.
 std::string rows_of_list(std::string_view key, const auto& items, auto&& text_of_item) {
     std::string text;
     for (const auto& item : items) text += short_row(text.empty() ? key : "", text_of_item(item));
     return text;
 }
 
-/// The row of a value; empty for 0, false and empty ones.
+/// Row of a value; empty for 0, false and empty values.
 std::string row_of(std::string_view key, const Json& value) {
     if ((value.is_number() && value == 0) || (value.is_structured() && value.empty()) || value == false) return {};
     return short_row(

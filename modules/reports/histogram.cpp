@@ -1,4 +1,4 @@
-// Histograms as bars for a terminal, as JSON and as SVG
+// Histograms as terminal bars, JSON and SVG
 module;
 #include <algorithm>
 #include <array>
@@ -20,10 +20,10 @@ namespace camber::run {
 
 namespace {
 
-/// Letters of a bar: so that three series fit 100 columns too.
+/// Width of a bar in characters. Three series fit into 100 columns.
 std::size_t bar_width(const Histogram& h) { return h.series.size() > 2 ? 16 : 24; }
 
-/// `filled` (0 … 1) of the width in eighths of a letter; anything above nothing is seen.
+/// Draws a fraction of `width` in eighths of a character. Positive fractions are always visible.
 std::string bar(double filled, std::size_t width) {
     constexpr std::array<std::string_view, 8> eighths{"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
     auto units = static_cast<std::size_t>(std::lround(filled * static_cast<double>(8 * width)));
@@ -35,7 +35,7 @@ std::string bar(double filled, std::size_t width) {
     return text + std::string(width - letters, ' ');
 }
 
-/// The range of values of the bins [first, last).
+/// Range of values of the bins [first, last).
 std::string range(const Histogram& h, std::size_t first, std::size_t last) {
     const auto limit = [&](std::size_t i) { return fmt::format("{:.4g}", h.limits[i]); };
     if (first == 0) return "below " + limit(last - 1);
@@ -47,8 +47,7 @@ bool is_empty(const Histogram& h, std::size_t bin) {
     return std::all_of(h.series.begin(), h.series.end(), [&](const Series& s) { return s.counts[bin] == 0; });
 }
 
-/// The end of the row that begins at this bin: a bin of its own, or all the empty ones that follow each other up to
-/// zero.
+/// End of the row that starts at this bin. Consecutive empty bins on one side of zero share a row.
 std::size_t row_end(const Histogram& h, std::size_t bin, std::size_t last) {
     if (!is_empty(h, bin)) return bin + 1;
     do ++bin;
@@ -56,7 +55,7 @@ std::size_t row_end(const Histogram& h, std::size_t bin, std::size_t last) {
     return bin;
 }
 
-/// A row of numbers, one a series, under the bars; nothing where a series has none.
+/// Row below the bars with one number per series; empty if no series has one.
 template <class NumberOf>
 std::string numbers(const Histogram& h, std::string_view name, std::size_t width, NumberOf&& number_of) {
     std::string row = fmt::format("\n  {:>18}", name);
@@ -78,11 +77,11 @@ std::string statistics(const Histogram& h, std::size_t width) {
     if (extremes)
         rows += numbers(h, "largest", width, [&](const Series& s) { return extreme(s, &Extremes::greatest); });
     if (some([](const Series& s) { return s.not_numbers > 0; }))
-        rows += numbers(h, "no number", width, [](const Series& s) { return fmt::format("{}", s.not_numbers); });
+        rows += numbers(h, "not a number", width, [](const Series& s) { return fmt::format("{}", s.not_numbers); });
     return rows;
 }
 
-/// The first bin that is not empty in all series, and the one after the last; equal when all are.
+/// Range [first, last) of bins outside of which all series are empty.
 std::pair<std::size_t, std::size_t> used(const Histogram& h) {
     std::size_t first = h.limits.size() + 1, last = 0;
     for (const Series& s : h.series)
@@ -126,17 +125,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Keys that are no series: the limits, and numbers by the names of the series.
+/// Keys that do not name series: the limits, and numbers by series name.
 constexpr std::array<std::string_view, 5> reserved{"edges", "mean", "min", "max", "not_a_number"};
 
-/// The number of a series, if the object of that key is there and has one.
+/// Number of the series in the object with this key; none: missing.
 template <class T>
 std::optional<T> number_of(const Json& json, const char* key, const std::string& series) {
     if (!json.contains(key) || !json.at(key).contains(series)) return {};
     return json.at(key).at(series).get<T>();
 }
 
-/// A count; anything else than a whole number that is not negative is an error, and not converted.
+/// Throws unless the value is a nonnegative integer; nothing is converted.
 std::size_t count_of(const Json& json) { return json.get_ref<const Json::number_unsigned_t&>(); }
 
 std::vector<std::size_t> counts_of(const Json& json) {
@@ -170,7 +169,7 @@ Histogram histogram_of(Quantity quantity, const Json& json) {
     return h;
 }
 
-/// Parses one key of a report and skips the others: objects are lists, in which each key is looked for.
+/// Parses only one key of a report. Objects are lists, so each lookup of a key is linear.
 Json parse_key(std::string_view text, std::string_view key) {
     return Json::parse(text.begin(), text.end(),
                        [key](int depth, nlohmann::detail::parse_event_t event, const Json& parsed) {
@@ -235,8 +234,8 @@ std::optional<std::vector<Histogram>> histograms_of_report(std::string_view text
     }
 }
 
-// Why not a library: PLplot and MathGL bring 36 and 40 packages (82 and 165 MB installed) and keep their plots in
-// global state, gnuplot is a program to start and to find; what is wanted is rectangles, lines and words.
+// SVG is written here without a library. PLplot and MathGL install 36 and 40 packages (82 and 165 MB) and have global
+// state; gnuplot is a separate program. Only rectangles, lines and text are needed.
 
 namespace {
 
@@ -258,18 +257,18 @@ std::vector<Panel> panels_of(const Histogram& h) {
     return panels;
 }
 
-/// Bins and counts on paper. Bin b spans [b, b + 1] of the panel; bins 0 and `limits.size()` are the open ones.
+/// Coordinates of a panel. Bin b spans [b, b + 1]; bins 0 and `limits.size()` are unbounded.
 struct Axes {
     const Histogram& h;
     double panel_width, origin_y;
     std::size_t first, last;  ///< bins shown: [first, last)
-    double most;              ///< top of the counts
+    double most;              ///< largest count of the axis
 
     [[nodiscard]] double plot_height() const { return height - top - bottom; }
     [[nodiscard]] double bin_width() const { return panel_width / static_cast<double>(last - first); }
     [[nodiscard]] double x_of_bin(double b) const { return (b - static_cast<double>(first)) * bin_width(); }
     [[nodiscard]] double y_of(double count) const { return origin_y + plot_height() * (1 - count / most); }
-    /// The place of a value; none beyond the limits.
+    /// Horizontal position of a value; none outside the limits.
     [[nodiscard]] std::optional<double> x_of(double value) const {
         const auto above = std::upper_bound(h.limits.begin(), h.limits.end(), value) - h.limits.begin();
         if (above <= 0 || static_cast<std::size_t>(above) >= h.limits.size()) return {};
@@ -287,7 +286,7 @@ struct TextStyle {
     int size = 12;
     std::string_view colour = ink;
 };
-/// `attributes`: more attributes of the element, each after a blank.
+/// `attributes`: more attributes of the element, each preceded by a space.
 std::string text(double x, double y, const TextStyle& style, std::string_view words, std::string_view attributes = "") {
     return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" font-size=\"{}\" fill=\"{}\"{}>{}</text>\n",
                        x, y, style.anchor, style.size, style.colour, attributes, words);
@@ -297,7 +296,7 @@ std::string line(double x1, double y1, double x2, double y2, std::string_view st
     return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" {}/>\n", x1, y1, x2, y2, style);
 }
 
-/// 1, 2 or 5 times a power of ten, so that about four fit below `most`.
+/// 1, 2 or 5 times a power of ten, so that about four steps fit below `most`.
 double nice_step(double most) {
     const double raw = std::max(most / 4, 1.0), power = pow(10, std::floor(log10(raw)));
     for (const double factor : {1.0, 2.0, 5.0})
@@ -316,7 +315,7 @@ std::string count_axis(const Axes& a, bool labelled) {
     return out;
 }
 
-/// Which limits are numbered first where there is no room for all: zero, whole powers of the base, the others.
+/// Priority of a limit's label if space is short: zero, integer powers of the base, others.
 int rank(double limit, int base) {
     if (limit == 0) return 0;
     const double power = log(std::fabs(limit)) / log(base);
@@ -360,7 +359,7 @@ std::string mean_mark(const Axes& a, double mean) {
                 fmt::format("stroke=\"{}\" stroke-width=\"1.5\" stroke-dasharray=\"6 4\"", ink));
 }
 
-/// However few they are, a bar is seen, and a low one has its count written above it: of the tail each one matters.
+/// Bars with low counts have a minimum height and their count above, so that the tail is visible.
 std::string bar(const Axes& a, std::size_t b, std::size_t count, std::string_view colour) {
     constexpr double min_height = 1.5, low = 12;
     const double bottom_y = a.origin_y + a.plot_height();
@@ -385,13 +384,13 @@ std::string panel(const Axes& a, const Panel& p, bool labelled) {
     std::string numbers = fmt::format("mean {:.4g} (dashed)", p.series->mean);
     if (const auto& extremes = p.series->extremes)
         numbers = fmt::format("min {:.4g}, {}, max {:.4g}", extremes->least, numbers, extremes->greatest);
-    if (p.series->not_numbers > 0) numbers += fmt::format(", {} no number", p.series->not_numbers);
+    if (p.series->not_numbers > 0) numbers += fmt::format(", {} not a number", p.series->not_numbers);
     out += text(a.panel_width / 2, a.origin_y - 26, {"middle", 14}, p.title);
     out += text(a.panel_width / 2, a.origin_y - 9, {"middle"}, numbers);
     return out;
 }
 
-/// The bins that are not empty in all series, with one to spare on either side.
+/// Range of bins outside of which all series are empty, with one more bin on each side.
 std::pair<std::size_t, std::size_t> shown(const Histogram& h) {
     const auto [first, last] = used(h);
     if (first == last) return {1, h.limits.size()};

@@ -7,7 +7,7 @@ module;
 #include <type_traits>
 #include <vector>
 #include <nlohmann/json.hpp>
-/// JSON of report structs, by their fields.
+/// Converts report structs to JSON by their fields.
 module camber.reports:json;
 import camber.core;
 import camber.recipes;
@@ -24,11 +24,11 @@ inline constexpr bool is_list<std::vector<T>> = true;
 template <class S>
 void add_fields(Json& object, const S& report, Reported of);
 
-/// The histograms by their keys.
+/// Returns the histograms by their keys.
 [[nodiscard]] Json json_of_histograms(const std::vector<Histogram>& histograms);
 
-/// A struct with fields is an object, values by names or numbers an object with these as keys, any other list an array,
-/// a value of an enumeration its word.
+/// Converts a struct with fields to an object. Lists of named values and numbered lists become objects with these keys,
+/// other lists arrays, and enumerators words.
 template <class T>
 [[nodiscard]] Json json_of(const T& value, Reported of = Reported::volume) {
     if constexpr (std::same_as<T, Json>) {
@@ -62,8 +62,8 @@ void add_fields(Json& object, const S& report, Reported of) {
         report, of, [&](const auto& field, const auto& value) { object[std::string(field.key)] = json_of(value, of); });
 }
 
-/// Reads a value of a report from its JSON. Fields with a condition may be absent and then have their default. Throws
-/// nlohmann::json::exception: a key is missing, a value is of another type.
+/// Reads a report value. Conditional fields may be absent and then have their default. Throws nlohmann::json::exception
+/// (missing key, wrong type).
 template <class T>
 [[nodiscard]] T value_of_json(const Json& json) {
     T value{};
@@ -85,8 +85,8 @@ template <class T>
     return value;
 }
 
-/// Reads the fields that are members; members without a key in the JSON object stay as they are. Throws the exceptions
-/// of the JSON library where a value has another type.
+/// Reads the fields of a struct. Members without a key in the object are unchanged. Throws exceptions of the JSON
+/// library for values of another type.
 template <class AnyJson, class T>
 void read_json(const AnyJson& json, T& value) {
     if constexpr (HasFields<T>) {

@@ -51,11 +51,12 @@ std::string tiles(const CheckReport& report) {
                        tile("nodes", grouped(m.nodes)) +
                        tile("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
                        tile("invalid", grouped(report.invalid)) + tile("undecided", grouped(report.undecided));
-    if (m.degree == 2) return text + tile("least scaled Jacobian", lower_bound_text(report.smallest));
-    return report.worst.empty() ? text : text + tile("least quality", fmt::format("{:.4g}", *report.worst[0].quality));
+    if (m.degree == 2) return text + tile("smallest scaled Jacobian", lower_bound_text(report.smallest));
+    return report.worst.empty() ? text
+                                : text + tile("smallest quality", fmt::format("{:.4g}", *report.worst[0].quality));
 }
 
-/// A button an element.
+/// One button per element.
 std::string worst_section(const CheckReport& report) {
     if (report.worst.empty()) return {};
     std::string text = fmt::format("<section>\n<h2>The worst {}</h2>\n<ol class=\"worst\">\n", report.worst.size());
@@ -83,7 +84,7 @@ std::string distance_cells(const OneWayReport& way) {
     return fmt::format("<td>{:.4g}</td><td>{:.4g}</td>", way.largest, way.mean);
 }
 
-/// Distances from the geometry, a row per face or edge of it.
+/// Table of distances from the geometry, with one row per face or edge.
 std::string distance_section(const std::optional<DistancesReport>& distances) {
     constexpr std::size_t most = 100;
     if (!distances || distances->entities.empty()) return {};
@@ -103,7 +104,7 @@ std::string distance_section(const std::optional<DistancesReport>& distances) {
 
 using Placeholders = std::vector<std::pair<std::string_view, std::string>>;
 
-/// The frame with a text for each of its placeholders.
+/// Replaces each placeholder of the frame by its text.
 std::string filled(std::string_view frame, const Placeholders& placeholders) {
     std::size_t size = frame.size();
     for (const auto& [name, text] : placeholders) size += 3 * text.size();
@@ -158,12 +159,14 @@ std::vector<double> three(const Vec<D>& v) {
     return out;
 }
 
-/// Note on the faces that a cut shows.
+/// Note on the inner faces that a cut shows.
 std::string note_of_cut(const InnerFaces& inner) {
-    if (inner.faces.size() == inner.all) return "By whole elements: those whose centroid lies beyond are left out.";
+    if (inner.faces.size() == inner.all)
+        return "Whole elements are cut: those with a centroid beyond the plane are "
+               "omitted.";
     return fmt::format(
-        "By whole elements, at {}, {} and {} places along x, y and z: {} of the {} faces inside of the mesh are in the "
-        "page (--inner-faces).",
+        "Whole elements are cut, at {}, {} and {} positions along x, y and z. The page contains {} of the {} inner "
+        "faces (--inner-faces).",
         inner.steps[0].size(), inner.steps[1].size(), inner.steps[2].size(), grouped(inner.faces.size()),
         grouped(inner.all));
 }
@@ -177,7 +180,7 @@ Json json_of_cut(const PageMesh<D>& page) {
             {"note", note_of_cut(page.inner)}};
 }
 
-/// The values of the page, which its script reads, as JSON that may stand in HTML.
+/// Values for the page's script, as JSON that is safe inside HTML.
 template <int D>
 std::string page_json(const PageMesh<D>& page, const std::vector<PageQuantity>& quantities) {
     Json worst = Json::array(), list = Json::array();
@@ -204,7 +207,7 @@ std::string page_json(const PageMesh<D>& page, const std::vector<PageQuantity>& 
     std::string safe;
     for (const char c : text)
         if (c == '<')
-            safe += "\\u003c";  // no end of the element
+            safe += "\\u003c";  // cannot end the script element
         else
             safe += c;
     return safe;
@@ -282,7 +285,7 @@ std::uint32_t rounded(float x) {
     return is_finite ? (bits + 0x80U) & ~0xffU : bits;
 }
 
-/// The bytes of one significance side by side, the lowest first.
+/// Groups the bytes of the words by significance, lowest first.
 PageArray array_of_words(std::string name, std::span<const std::uint32_t> words) {
     std::vector<std::uint8_t> bytes(4 * words.size());
     for (std::size_t plane = 0; plane < 4; ++plane)
@@ -341,10 +344,10 @@ Outcome<std::vector<std::string>> packed(std::vector<PageArray> arrays, const Ex
 
 namespace {
 
-/// Sorted: keys are found at once, however many a file has.
+/// Sorted objects find keys fast, even in files with many keys.
 using SortedJson = nlohmann::json;
 
-/// The value at a place of a report; null: it has none.
+/// Value at a path of a report; null: missing.
 SortedJson value_at(const SortedJson& report, const char* path) {
     const SortedJson::json_pointer pointer(path);
     return report.is_object() && report.contains(pointer) ? report[pointer] : SortedJson();

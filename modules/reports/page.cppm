@@ -16,7 +16,7 @@ import camber.drawing;
 import camber.bezier;
 import camber.io;
 
-/// A mesh and what is known of it as one HTML file, for a browser: `camber report`. What is in it: docs/page.md.
+/// The page of `camber report`: a mesh and its check as one HTML file. Format: docs/page.md.
 export namespace camber::run {
 
 struct PageOptions {
@@ -24,64 +24,64 @@ struct PageOptions {
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple(option("inner_faces", &PageOptions::inner_faces,
-                                 "how many faces inside of the mesh the page may hold for its cut: all, or those at as "
-                                 "many places as have room")
+                                 "largest number of inner faces in the page for its cut: all faces, or those at as "
+                                 "many cut positions as fit")
                               .at_least(0)
                               .at_most(1e8));
     }
 };
 
-/// The parts that all pages have: the frame with its places, "{{title}}" and so on, the style, and the script.
+/// Common parts of all pages: the frame with placeholders like "{{title}}", the style, and the script.
 struct PageFrame {
     std::string frame, style, script;
 };
 
 struct PageSource {
-    AnyMesh mesh;        ///< which was checked, as it was read
-    CheckReport report;  ///< of that mesh
-    /// On the mesh: of a vector the length is shown, of a symmetric tensor, a metric, its anisotropy.
+    AnyMesh mesh;  ///< the checked mesh, in the file's order
+    CheckReport report;
+    /// Fields on the mesh. Vectors are shown by their length, symmetric tensors by their anisotropy as metrics.
     std::vector<NamedField> fields = {};
     std::vector<Histogram> histograms = {};
-    std::optional<DistancesReport> distances = {};  ///< from the geometry, by face and edge; none: not known
+    std::optional<DistancesReport> distances = {};  ///< from the geometry, by face and edge; none: unknown
     std::string title, version;
     std::string numbers;  ///< lines for a terminal
-    std::string command;  ///< that the page is of
+    std::string command;  ///< command that the page documents
 };
 
-/// The page. Errors: a mesh without elements or faces (input), memory, stopped.
+/// Errors: input (a mesh without elements and faces), memory, stopped.
 [[nodiscard]] Outcome<std::string> page(const PageSource& source, const PageFrame& frame, const PageOptions& options,
                                         const Execution& execution);
 
-/// Figures of a report.json before and after correction, as lines for a terminal; empty: it has none.
+/// Lines for a terminal with numbers before and after correction; empty: the report has none.
 [[nodiscard]] std::string before_and_after(std::string_view report_json);
-/// The distances from the geometry in a report.json; none: the run did not measure them by entity.
+/// Distances from the geometry in a report.json; none: the run did not measure them by entity.
 [[nodiscard]] std::optional<DistancesReport> distances_of_report(std::string_view report_json);
-/// The mesh that a run wrote, by its report.json; empty: none.
+/// Mesh that the run of a report.json wrote; empty: none.
 [[nodiscard]] std::string mesh_of_report(std::string_view report_json);
 
 }  // namespace camber::run
 
-/// Arrays of a page as text: the bytes of words of 32 bits, those of one significance side by side (the lowest first),
-/// as a zlib stream, in base64. docs/page.md tells it to others.
+/// Arrays of a page as text. Bytes of 32-bit words are grouped by significance (lowest first), compressed with zlib,
+/// and encoded as base64. Format: docs/page.md.
 namespace camber::run {
 
-/// An array before it is packed.
+/// An array before compression.
 struct PageArray {
     std::string name;
     std::vector<std::uint8_t> bytes;
 };
 
 [[nodiscard]] PageArray array_of_integers(std::string name, std::span<const std::int32_t> integers);
-/// To 15 bits of its mantissa.
+/// Rounds the mantissa to 15 bits.
 [[nodiscard]] float rounded_float(float x);
-/// Each float to 15 bits of its mantissa: to 1.6e-5 of itself.
+/// Rounds each mantissa to 15 bits: a relative error of 1.6e-5.
 [[nodiscard]] PageArray array_of_rounded(std::string name, std::span<const float> numbers);
 [[nodiscard]] PageArray array_of_floats(std::string name, std::span<const float> numbers);
 
-/// Ids that count up by first use, each as how far it is below the next new one: mostly small numbers.
+/// Encodes ids that are numbered by first use, as differences to the next new id, which are mostly small.
 [[nodiscard]] PageArray array_of_ids(std::string name, std::span<const std::uint32_t> ids);
 
-/// One a script element, <script id="camber-NAME">; in parallel. Errors: memory, stopped.
+/// Returns one element <script id="camber-NAME"> per array. Runs in parallel. Errors: memory, stopped.
 [[nodiscard]] Outcome<std::vector<std::string>> packed(std::vector<PageArray> arrays, const Execution& execution);
 
 }  // namespace camber::run
@@ -89,78 +89,78 @@ struct PageArray {
 /// Faces of a mesh in a page.
 namespace camber::run {
 
-/// Places of a cut along an axis: after step s, the mesh's box being cut into `cut_steps` + 1 equal slices. An element
-/// is kept where its key, the step before which its centroid lies, is no later.
+/// Number of cut positions along an axis. They divide the mesh's bounding box into `cut_steps` + 1 equal slices. A cut
+/// at step s keeps elements with a key of at most s. The key is the slice of the element's centroid.
 inline constexpr int cut_steps = 255;
 
-/// An inner face is seen where the cut keeps one of its elements.
+/// An inner face is visible if the cut keeps one of its two elements.
 struct InnerFace {
     std::array<NodeNumber, 6> nodes{};
     std::uint32_t element = 0, other = 0;
 };
 
-/// Keys of an element along each axis; 0 along axes that the mesh does not have.
+/// Keys of an element for each axis; 0 for a missing axis.
 using CutKeys = std::array<std::uint8_t, 3>;
 
-/// Inner faces of tetrahedra, and the steps at which all that a cut uncovers are among them.
+/// Inner faces of tetrahedra. Cuts at the listed steps only uncover faces of this list.
 struct InnerFaces {
     std::vector<InnerFace> faces;
-    std::array<std::vector<int>, 3> steps;  ///< along each axis, rising
-    std::size_t all = 0;                    ///< that the mesh has
+    std::array<std::vector<int>, 3> steps;  ///< for each axis, ascending
+    std::size_t all = 0;                    ///< number of inner faces of the mesh
 };
 
 }  // namespace camber::run
 
-/// From a mesh to the arrays of a page.
+/// Converts a mesh to the arrays of a page.
 namespace camber::run {
 
-/// The worst of the elements: faces first … first + count of those of the worst.
+/// One of the worst elements. Its faces are [first, first + count) of all worst elements' faces.
 struct PageWorst {
     std::size_t first = 0, count = 0;
     std::array<double, 3> centre{};
     double radius = 0;
-    std::vector<double> point = {};  ///< where det J is lowest; empty: not known
+    std::vector<double> point = {};  ///< minimum of det J; empty: unknown
 };
 
-/// Faces with their nodes and elements, which are numbered anew, by first use.
+/// Faces with their nodes and elements, renumbered by first use.
 template <int D>
 struct PageMesh {
     const Mesh<D>* mesh = nullptr;
     int degree = 2;
     Box<D> box = {};     ///< of the vertices
-    Vec<D> centre = {};  ///< from which nodes are told
-    double radius = 0;   ///< of the nodes around it
+    Vec<D> centre = {};  ///< origin of the node positions
+    double radius = 0;   ///< of the nodes around the centre
     std::vector<Face> outer = {};
     InnerFaces inner = {};
     std::vector<PageWorst> worst = {};
     std::size_t worst_faces = 0;
-    std::vector<std::uint32_t> face_nodes = {};  ///< three or six a face: outer, inner, worst
-    std::vector<NodeNumber> nodes = {};          ///< the mesh's, of the page's
-    std::vector<std::uint32_t> owners = {};      ///< one an outer face, two an inner one, one of those of the worst
-    std::vector<std::uint32_t> elements = {};    ///< the mesh's, of the page's
-    Column<CutKeys> keys = {};                   ///< of the mesh's
+    std::vector<std::uint32_t> face_nodes = {};  ///< three or six per face: outer, inner, worst
+    std::vector<NodeNumber> nodes = {};          ///< mesh numbers of page nodes
+    std::vector<std::uint32_t> owners = {};      ///< elements: one per outer or worst face, two per inner face
+    std::vector<std::uint32_t> elements = {};    ///< mesh numbers of page elements
+    Column<CutKeys> keys = {};                   ///< of the mesh elements
 };
 template <int D>
 [[nodiscard]] Outcome<PageMesh<D>> page_mesh(const Mesh<D>& mesh, const CheckReport& report, const PageOptions& options,
                                              const Execution& execution);
 
-/// The arrays `faces`, `nodes`, `owners` and `keys`.
+/// Returns the arrays `faces`, `nodes`, `owners` and `keys`.
 template <int D>
 [[nodiscard]] std::vector<PageArray> arrays_of(const PageMesh<D>& mesh);
 
 enum class ValuesOn : std::uint8_t { elements, nodes, faces };
 enum class ValueScale : std::uint8_t { linear, log, categories };
 
-/// A quantity that colours faces; its values are in the array with its key.
+/// A quantity that colours faces. The array named by its key has the values.
 struct PageQuantity {
     std::string key, title;
     ValuesOn on = ValuesOn::elements;
     ValueScale scale = ValueScale::linear;
     bool good_is_high = false;
     std::array<double, 2> range{};                                   ///< of the finite values
-    std::optional<std::array<double, 2>> whole = {};                 ///< all that it can be, by the usual
-    std::optional<double> bad = {};                                  ///< elements with no more are invalid
-    std::vector<std::pair<Reference, std::string>> categories = {};  ///< with names, where they have such
+    std::optional<std::array<double, 2>> whole = {};                 ///< usual range of all meshes
+    std::optional<double> bad = {};                                  ///< elements with at most this value are invalid
+    std::vector<std::pair<Reference, std::string>> categories = {};  ///< references with names, if any
 };
 struct PageQuantities {
     std::vector<PageQuantity> quantities;

@@ -20,7 +20,7 @@ namespace camber::run {
 
 namespace {
 
-/// The slice of [low, high] that x lies in, from 0 to `most`.
+/// Slice of [low, high] that contains x, from 0 to `most`.
 int slice_of(double x, double low, double high, int most) {
     if (!(high > low)) return 0;
     const double part = (x - low) / (high - low) * (most + 1);
@@ -56,7 +56,7 @@ std::array<NodeNumber, 6> nodes_of_face(const Mesh<3>& mesh, std::size_t e, int 
 }
 
 constexpr std::uint32_t nothing = std::numeric_limits<std::uint32_t>::max();
-using Across = Buffer<std::array<std::uint32_t, 4>>;  ///< the element behind each face, where it is one
+using Across = Buffer<std::array<std::uint32_t, 4>>;  ///< element behind each face, if any
 
 Outcome<Across> elements_across(const LinearMesh<3>& mesh, const Execution& execution) {
     const auto around = balls(mesh, part_of(execution, 0, 0.5));
@@ -73,7 +73,7 @@ Outcome<Across> elements_across(const LinearMesh<3>& mesh, const Execution& exec
     return across;
 }
 
-/// visit(element, local face, element behind it), each inner face once.
+/// Calls visit(element, local face, element behind it) once for each inner face.
 template <class Visit>
 void each_inner_face(const Across& across, Visit&& visit) {
     for (std::size_t e = 0; e < across.size(); ++e)
@@ -99,8 +99,8 @@ StepCounts uncovered_by_step(const Across& across, const Column<CutKeys>& keys) 
     return counts;
 }
 
-/// Steps of all axes as long as what they uncover has room: the middle of each, the quarters, the eighths … An axis
-/// gets no finer once one has no room.
+/// Selects steps of all axes while their faces fit the budget: the middle, the quarters, the eighths, …. Refinement of
+/// an axis stops when a level does not fit.
 std::array<std::vector<int>, 3> steps_within(const StepCounts& counts, std::size_t budget) {
     std::array<std::vector<int>, 3> steps;
     std::array<bool, 3> is_full{};
@@ -129,7 +129,7 @@ bool is_uncovered(const std::array<std::vector<int>, 3>& steps, const CutKeys& a
     return false;
 }
 
-/// Bits of three numbers of ten bits in turn.
+/// Interleaves the bits of three 10-bit numbers.
 std::uint32_t interleaved(const std::array<int, 3>& at) {
     std::uint32_t key = 0;
     for (int bit = 9; bit >= 0; --bit)
@@ -137,7 +137,7 @@ std::uint32_t interleaved(const std::array<int, 3>& at) {
     return key;
 }
 
-/// Keys of all elements, of a standalone surface mesh of its facets.
+/// Keys of all elements, or of the facets of a standalone surface mesh.
 template <int D>
 Outcome<Column<CutKeys>> cut_keys(const LinearMesh<D>& mesh, const Box<D>& box, const Execution& execution) {
     const auto key = [&](const Vec<D>& c) {
@@ -156,7 +156,7 @@ Outcome<Column<CutKeys>> cut_keys(const LinearMesh<D>& mesh, const Box<D>& box, 
     return Column<CutKeys>(std::move(*keys));
 }
 
-/// Every step of the cut, along each axis.
+/// All steps of the cut along each axis.
 std::array<std::vector<int>, 3> every_step() {
     std::array<std::vector<int>, 3> steps;
     for (auto& along : steps)
@@ -164,8 +164,8 @@ std::array<std::vector<int>, 3> every_step() {
     return steps;
 }
 
-/// Returns all inner faces if they are at most `budget`. Otherwise returns those between elements of different
-/// references, if they fit, and those of as many places as fit: the middles first, then the quarters, and so on.
+/// Returns all inner faces if there are at most `budget`. Otherwise it returns those between elements of different
+/// references if they fit, and those of as many cut positions as fit: middles first, then quarters, and so on.
 Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
                                 const Execution& execution) {
     return guarded([&]() -> Outcome<InnerFaces> {
@@ -191,7 +191,7 @@ Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys
     });
 }
 
-/// The faces of one element; of a triangle itself.
+/// Faces of one element, or the triangle.
 template <int D>
 std::vector<std::array<NodeNumber, 6>> faces_of_element(const Mesh<D>& mesh, std::size_t e) {
     const auto triangle = [&](const auto& cells, const auto& edges) {
@@ -209,7 +209,8 @@ std::vector<std::array<NodeNumber, 6>> faces_of_element(const Mesh<D>& mesh, std
     }
 }
 
-/// The faces along a Morton curve through their centroids: numbers of near faces differ little, and pack better.
+/// Sorts the faces along a Morton curve through their centroids. Adjacent faces then have similar numbers, which
+/// compress better.
 template <int D>
 std::vector<Face> along_curve(const Mesh<D>& mesh, const Column<Face>& faces, const Box<D>& box) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> order(faces.size());
@@ -229,7 +230,7 @@ std::vector<Face> along_curve(const Mesh<D>& mesh, const Column<Face>& faces, co
     return sorted;
 }
 
-/// Numbers anew, by first use.
+/// Renumbering by first use.
 class Numbering {
   public:
     explicit Numbering(std::size_t items) : numbers_(items, unused) {}
@@ -275,7 +276,7 @@ PageWorst worst_of(const PageMesh<D>& page, const ElementReport& report,
     return worst;
 }
 
-/// Nodes of faces and their elements, by the numbers of the page.
+/// Nodes and elements of faces, in page numbers.
 template <int D>
 class Numbered {
   public:
@@ -320,7 +321,8 @@ void number(PageMesh<D>& page, const CheckReport& report) {
     numbered.finish();
 }
 
-/// A node as the page has it: a vertex from the centre, a node of an edge from the middle of the chord.
+/// Position of a node in the page: of a vertex relative to the centre, of an edge node relative to the chord's
+/// midpoint.
 template <int D>
 Vec<D> page_position(const PageMesh<D>& page, NodeNumber n) {
     const Mesh<D>& mesh = *page.mesh;
@@ -329,13 +331,13 @@ Vec<D> page_position(const PageMesh<D>& page, NodeNumber n) {
     const auto& [a, b] = mesh.entities.edges[n - vertices];
     const Vec<D> off = mesh.edge_nodes[n - vertices].point - 0.5 * (mesh.points[a] + mesh.points[b]);
     const double chord = distance(mesh.points[a], mesh.points[b]);
-    return norm(off) > 1e-7 * chord ? off : Vec<D>{};  // rounding, of which nothing is seen
+    return norm(off) > 1e-7 * chord ? off : Vec<D>{};  // invisible rounding errors
 }
 
 template <int D>
 PageArray node_array(const PageMesh<D>& page) {
     const std::size_t n = page.nodes.size(), vertices = page.mesh->points.size();
-    // Offsets of edges' nodes are small and may be rounded, vertices may not: a face would not meet its neighbour.
+    // Offsets of edge nodes are small and may be rounded. Rounded vertices would cause gaps between faces.
     std::vector<float> columns(n * D);
     for (std::size_t i = 0; i < n; ++i) {
         const Vec<D> place = page_position(page, page.nodes[i]);

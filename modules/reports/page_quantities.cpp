@@ -22,7 +22,7 @@ namespace camber::run {
 
 namespace {
 
-constexpr double largest_drawn = 1e30;  // what is drawn must stay finite
+constexpr double largest_drawn = 1e30;  // drawn values must be finite
 
 std::array<double, 2> range_of(std::span<const float> values, bool positive) {
     std::array<double, 2> range{largest_drawn, -largest_drawn};
@@ -67,7 +67,7 @@ std::vector<float> of_elements(const PageMesh<D>& page, auto&& value) {
     return values;
 }
 
-/// The values of a field at a node of the mesh, as many as it has components.
+/// Components of a field at a node of the mesh.
 template <int D>
 std::vector<double> row_at(const PageMesh<D>& page, const NamedField& field, NodeNumber n) {
     const auto width = static_cast<std::size_t>(field.field.components);
@@ -81,7 +81,7 @@ std::vector<double> row_at(const PageMesh<D>& page, const NamedField& field, Nod
     return row;
 }
 
-/// The ratio of a metric's largest and smallest size.
+/// Ratio of the largest and smallest size of a metric.
 template <int D>
 double anisotropy(std::span<const double> row) {
     Sym<D> m;
@@ -95,7 +95,7 @@ double anisotropy(std::span<const double> row) {
     return least > 0 ? std::sqrt(largest / least) : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// A number for a row: itself, a vector's length, a tensor's anisotropy.
+/// Displayed number of a row: the value, a vector's length, or a tensor's anisotropy.
 template <int D>
 double shown(FieldKind kind, const std::vector<double>& row) {
     if (kind == FieldKind::symmetric_tensor) return anisotropy<D>(row);

@@ -29,14 +29,14 @@ namespace camber::run {
 
 namespace {
 
-/// The values that the colours of a picture stand for.
+/// Values that the colours of a picture show.
 struct PictureValues {
     FaceValues of_face;
     Colouring colouring = OneColour{};
     std::string title = {};
 };
 
-using References = std::vector<Reference>;  ///< rising, each once
+using References = std::vector<Reference>;  ///< ascending, unique
 
 void sort_distinct(References& references) {
     std::ranges::sort(references);
@@ -70,7 +70,7 @@ FaceValues by_node(Column<float> values) {
     };
 }
 
-/// Shares from 0 to 1, so that pictures can be compared; below that where the worst is.
+/// Colour range from 0 to 1, so that pictures are comparable, or from the minimum if that is negative.
 PictureValues of_goodness(Column<float> values, std::string title) {
     const double low = std::clamp(extent_of(values).low, -1.0, 0.0);
     return {by_element(std::move(values)), ColourRange{low, 1, Ramp::good_is_high}, std::move(title)};
@@ -103,7 +103,7 @@ PictureValues of_references(const QuadraticMesh<D>& mesh) {
     return {std::move(places), std::move(kinds), "reference"};
 }
 
-/// A value a vertex at all nodes: those of edges have the mean of the ends.
+/// Extends vertex values to all nodes: edge nodes get the mean of the ends.
 template <int D>
 Column<float> at_all_nodes(const QuadraticMesh<D>& mesh, const Column<double>& values) {
     const std::size_t vertices = mesh.linear.points.size();
@@ -118,7 +118,7 @@ Column<float> at_all_nodes(const QuadraticMesh<D>& mesh, const Column<double>& v
     return all;
 }
 
-/// Largest over smallest size at each vertex.
+/// Ratio of largest and smallest size at each vertex.
 template <int D>
 Outcome<PictureValues> of_anisotropy(const QuadraticMesh<D>& mesh, const MetricFile& file, const Execution& execution) {
     const auto metric = log_metrics_of_file<D>(file, mesh.linear.points.size(), execution);
@@ -140,7 +140,7 @@ Outcome<PictureValues> of_anisotropy(const QuadraticMesh<D>& mesh, const MetricF
                          "anisotropy"};
 }
 
-/// A number as it is, of several components their length.
+/// Values of scalars, lengths of fields with several components.
 template <int D>
 PictureValues of_solution(const QuadraticMesh<D>& mesh, const NamedField& field) {
     const auto components = static_cast<std::size_t>(field.field.components);
@@ -159,7 +159,7 @@ PictureValues of_solution(const QuadraticMesh<D>& mesh, const NamedField& field)
             components == 1 ? field.name : "length of " + field.name};
 }
 
-/// Returns scaled Jacobians of degree 2, qualities of degree 1, of each element or triangle of a standalone surface.
+/// Returns scaled Jacobians (degree 2) or qualities (degree 1) of elements, or of triangles of a standalone surface.
 template <int D>
 Outcome<Column<float>> element_goodness(const QuadraticMesh<D>& mesh, int degree, const Execution& execution) {
     if (degree == 1) return qualities(mesh, execution);
@@ -198,7 +198,7 @@ PictureColour usual_colour(const PictureInputs& inputs, int degree) {
     return degree == 2 ? PictureColour::scaled_jacobian : PictureColour::quality;
 }
 
-/// Obliquely from in front, or onto the faces that a cut uncovers.
+/// Oblique from the front, or towards the faces that a cut uncovers.
 View usual_view(const std::optional<Cut<3>>& cut) {
     if (!cut) return view_from(Vec<3>{{1, -1.6, 0.9}});
     const Vec<3> n = normalised(cut->normal);
@@ -220,7 +220,7 @@ Cut<D> cut_in(const Cut<3>& cut) {
     return own;
 }
 
-/// Image of the middle of the reference element.
+/// Image of the centre of the reference element.
 template <int K, int D>
 Vec<3> middle_of(const QuadraticMesh<D>& mesh, const SimplexVertices<K>& vertices,
                  const std::array<EdgeId, edges_per_simplex<K>>& edges) {
@@ -238,7 +238,7 @@ Vec<3> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     return middle_of<D>(mesh, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e]);
 }
 
-/// The worst first.
+/// Worst first.
 std::vector<std::uint32_t> worst_of(const Column<float>& goodness, std::size_t count) {
     std::vector<std::uint32_t> order(goodness.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -259,13 +259,13 @@ bool contains(const References& references, Reference reference) {
     return std::binary_search(references.begin(), references.end(), reference);
 }
 
-/// References of boundary facets and of elements. Of a 2D mesh there are no facets; the triangles of a standalone
-/// surface mesh are elements.
+/// References of boundary facets and of elements. 2D meshes have no facets here. Triangles of a standalone surface mesh
+/// are elements.
 struct GroupReferences {
     References facets, elements;
 };
 
-/// The groups of a mesh that a picture can show or hide.
+/// Groups of a mesh that a picture can show or hide.
 template <int D>
 class PictureGroups {
   public:
@@ -274,13 +274,13 @@ class PictureGroups {
         if (D == 3 && !is_surface_) existing_.facets = distinct(mesh.facets.references);
     }
 
-    /// True if facets of the boundary have groups of their own.
+    /// True if boundary facets have groups.
     [[nodiscard]] bool has_facets() const { return D == 3 && !is_surface_; }
-    /// The dimension of the groups of elements.
+    /// Dimension of the groups of elements.
     [[nodiscard]] int dimension() const { return is_surface_ ? 2 : D; }
 
-    /// The references that a list of names and numbers selects. A number selects boundary facets, or elements if no
-    /// facet has it.
+    /// References that a list of names and numbers selects. A number selects boundary facets, or elements if no facet
+    /// has it.
     [[nodiscard]] Outcome<GroupReferences> selected(const std::vector<std::string>& list,
                                                     std::string_view option) const {
         GroupReferences found;
@@ -293,7 +293,7 @@ class PictureGroups {
         return found;
     }
 
-    /// The name of a group; empty: it has none.
+    /// Name of a group; empty: none.
     [[nodiscard]] std::string name_of(int dimension, Reference reference) const {
         std::string name;
         for (const Group& group : mesh_.groups)
@@ -347,10 +347,10 @@ class PictureGroups {
 /// The faces of a picture.
 struct PictureFaces {
     Column<Face> faces;
-    bool is_open = false;  ///< inner sides of a boundary can be seen
+    bool is_open = false;  ///< inner sides of the boundary can be visible
 };
 
-/// 1 where the reference is in `list`, or is not if `is_included` is false.
+/// Returns 1 for references in `list`; the opposite if `is_included` is false.
 Column<std::uint8_t> with_references(const Column<Reference>& references, const References& list, bool is_included,
                                      const Column<std::uint8_t>& inside_cut) {
     Buffer<std::uint8_t> out(references.size());
@@ -392,8 +392,7 @@ Outcome<PictureFaces> picture_faces(const QuadraticMesh<D>& mesh, const PictureC
     });
 }
 
-/// Adds the names of the groups whose faces are drawn. If groups are hidden or have names, the legend lists drawn ones
-/// only.
+/// Adds names of the drawn groups. If groups are hidden or have names, the legend only lists drawn groups.
 template <int D>
 void name_kinds(const Column<Face>& faces, const PictureGroups<D>& groups, bool is_limited, PictureValues& values) {
     auto* kinds = std::get_if<ColourKinds>(&values.colouring);
@@ -421,7 +420,7 @@ void name_kinds(const Column<Face>& faces, const PictureGroups<D>& groups, bool 
     values.title = "group";
 }
 
-/// A plane that leaves an element and takes elements beside it away, as --cut has it: "x=0.25".
+/// Argument of --cut, as "x=0.25", for a plane that keeps an element and removes elements next to it.
 template <int D>
 std::string cut_beside(const QuadraticMesh<D>& mesh, std::size_t e) {
     const auto centroid_and_size = [&](const auto& vertices) {
@@ -432,12 +431,12 @@ std::string cut_beside(const QuadraticMesh<D>& mesh, std::size_t e) {
     const auto [centroid, size] = is_standalone_surface(mesh.linear)
                                       ? centroid_and_size(mesh.linear.facets.vertices[e])
                                       : centroid_and_size(mesh.linear.elements.vertices[e]);
-    // The next number with few digits, so that rounding does not take the element away.
+    // Rounds up to few digits, so that the cut keeps the element.
     const double step = pow(10, std::floor(log10(std::fmax(0.02 * size, 1e-12))));
     return fmt::format("x={:.10g}", (std::floor(centroid[0] / step) + 1) * step);
 }
 
-/// Points at those of the worst elements that can be seen. Notes how many cannot.
+/// Marks the visible worst elements, and adds a note on the number of others.
 template <int D>
 Outcome<Done> point_at_worst(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& worst,
                              const Column<Face>& faces, Picture& picture, const Execution& execution) {
@@ -457,7 +456,7 @@ Outcome<Done> point_at_worst(const QuadraticMesh<D>& mesh, const std::vector<std
     std::string note = fmt::format("{} of the {} worst elements cannot be seen and {} not marked. ", not_drawn.size(),
                                    worst.size(), not_drawn.size() == 1 ? "is" : "are");
     if (D == 3 && !is_standalone_surface(mesh.linear))
-        note += fmt::format("A cut beside an element shows it: --cut {} for number {}",
+        note += fmt::format("A cut next to an element shows it: --cut {} for number {}",
                             cut_beside(mesh, worst[not_drawn[0]]), not_drawn[0] + 1);
     else
         note += "Draw the mesh without --cut, --show, --hide and --zoom, or from another side";

@@ -27,7 +27,7 @@ namespace camber::run {
 
 namespace {
 
-/// The keys that stand first in all reports.
+/// Keys at the beginning of all reports.
 Json head(std::string_view version) {
     return {{"format", report_format}, {"program", {{"name", "camber"}, {"version", version}}}};
 }
@@ -36,7 +36,7 @@ Json head(const OriginReport& o) {
     Json j = head(o.version);
     j["input"] = json_of(o);
     j["config"] = Json::parse(o.config);
-    j["units"] = {{"lengths", "those of the input mesh"},
+    j["units"] = {{"lengths", "units of the input mesh"},
                   {"metric", "1/length^2"},
                   {"angles", "degrees"},
                   {"times", "seconds"},
@@ -76,7 +76,7 @@ namespace {
 
 enum class Cells : std::uint8_t { json, csv };
 
-/// A lower bound in few digits: read back in doubles too it is not above the float.
+/// Formats a lower bound with few digits. Read as a double, the result is at most the float.
 std::string digits_below(float x) {
     std::string text = fmt::format("{}", x);
     if (std::isfinite(x) && std::strtod(text.c_str(), nullptr) > static_cast<double>(x))
@@ -84,7 +84,7 @@ std::string digits_below(float x) {
     return text;
 }
 
-/// The value of one element. JSON has text in quotes, and null for numbers that are not finite.
+/// Appends the value of one element. In JSON, text is quoted and nonfinite numbers are null.
 template <class T>
 void put(std::string& text, std::string_view column, T value, Cells cells) {
     const auto out = std::back_inserter(text);
@@ -102,7 +102,7 @@ void put(std::string& text, std::string_view column, T value, Cells cells) {
         fmt::format_to(out, "{}", value);
 }
 
-/// visit(name, column) for each column of the mesh's degree.
+/// Calls visit(name, column) for each column that the mesh's degree has.
 void each_column(const CheckReport& report, auto&& visit) {
     each_shown_field(report.elements, Reported::volume,
                      [&](const auto& field, const auto& column) { visit(field.key, column); });
@@ -160,7 +160,7 @@ struct WithoutOptional<std::optional<T>> {
 template <class T>
 using Unwrapped = typename WithoutOptional<T>::type;
 
-/// The properties of an object of S; `other` describes those that the names of a map stand for.
+/// Properties of an object of S. `other` describes values whose keys are names.
 struct Properties {
     Json named = Json::object(), other;
 };
@@ -216,9 +216,11 @@ Json schema_of() {
 
 Json described(std::string_view type, std::string_view meaning) { return {{"type", type}, {"description", meaning}}; }
 
-/// The properties that stand first in all reports.
+/// Properties at the beginning of all reports.
 Json head() {
-    Json format = described("integer", "number of this layout: it rises when a key goes or changes its meaning");
+    Json format = described("integer",
+                            "number of the format version: it increases if a key is removed or changes its "
+                            "meaning");
     format["const"] = report_format;
     Json program = described("object", "the program that wrote the report");
     program["properties"] = {{"name", described("string", "`camber`")},
@@ -239,11 +241,11 @@ Json head_of_run() {
 
 Json head_of_file() {
     Json properties = head();
-    properties["file"] = described("string", "the file, as it was named");
+    properties["file"] = described("string", "path of the file");
     return properties;
 }
 
-/// The schema of a report of S with the properties `first` before its own.
+/// Schema of a report of S, with the properties `first` before its own.
 template <class S>
 Json schema_with(std::string_view title, Json first) {
     first.update(properties_of<S>().named);
@@ -282,7 +284,9 @@ std::optional<std::string> report_schema(std::string_view of) {
     } else if (of == "check") {
         schema = schema_with<CheckReport>("Report of camber check --json", head_of_file());
         schema["properties"]["element_verdicts"] = schema_of<ElementColumns>();
-        schema["properties"]["element_verdicts"]["description"] = "with `--elements`: columns, one entry an element";
+        schema["properties"]["element_verdicts"]["description"] =
+            "with `--elements`: columns with one entry per "
+            "element";
     } else if (of == "geometry") {
         schema = schema_with<GeometryReport>("Report of camber geometry --json", head_of_file());
     } else {

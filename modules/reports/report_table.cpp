@@ -33,11 +33,11 @@ namespace {
 
 std::string text_of_unit(const CadReport& c) {
     if (c.is_in_file_unit) return c.mesh_unit + ", as the CAD file";
-    return fmt::format("{}{}; the CAD file is in {}", c.mesh_unit, c.is_unit_found ? ", found by the boundary" : "",
-                       c.file_unit.empty() ? "mm" : c.file_unit);
+    return fmt::format("{}{}; the CAD file is in {}", c.mesh_unit,
+                       c.is_unit_found ? ", detected from the boundary" : "", c.file_unit.empty() ? "mm" : c.file_unit);
 }
 
-/// "3 + 4 + 5, 8 + 9", the first few of each.
+/// Formats lists as "3 + 4 + 5, 8 + 9", shortened.
 std::string joined_text(const std::vector<std::vector<std::size_t>>& lists) {
     constexpr std::size_t most_lists = 6, most_faces = 8;
     std::string text;
@@ -70,7 +70,7 @@ std::string moves_row(const CadMovesReport& moves) {
                                  moves.largest));
 }
 
-/// Rows of the summary: an unexpected unit, damage, facets that span ridges, vertices that did not reach the model.
+/// Warnings of the summary: unexpected unit, damage, facets across ridges, vertices that did not reach the model.
 std::string cad_warning_rows(const CadReport& c) {
     return (c.is_in_file_unit ? std::string() : table_row("unit of the mesh", text_of_unit(c))) + damage_row(c) +
            across_row(c) + (c.moves && c.moves->constrained > 0 ? moves_row(*c.moves) : std::string());
@@ -106,7 +106,7 @@ std::string cad_rows(const CadReport& c) {
 
 namespace {
 
-/// The geometry that the distance is from.
+/// Name of the distance, with its geometry.
 std::string name_distance(const Report& report) {
     const std::string_view geometry = report.boundary->geometry;
     const auto& cad = report.boundary->cad;
@@ -119,7 +119,7 @@ std::string name_distance(const Report& report) {
     return "distance from the geometry";
 }
 
-/// "1 141 tetrahedra": the elements that are judged.
+/// Number of checked elements: "1 141 tetrahedra".
 std::string count_of_judged(const MeshReport& m) {
     const bool is_one = m.judged() == 1;
     const std::string_view name = m.dimension == 2 || m.is_standalone_surface() ? (is_one ? "triangle" : "triangles")
@@ -149,7 +149,8 @@ std::string jacobian_row(const Report& report) {
     if (v.worst == 0) return {};
     const auto text_of = [](const ValidityReport& of) {
         const bool is_valid = of.invalid == 0 && of.undecided == 0;
-        // The smallest is known to 1e-3; that no element is below the bound is certified.
+        // The smallest value has an error of 1e-3. If it is certified that no element is below the bound, the bound
+        // limits it.
         const double least = is_valid && of.below_bound == 0 ? std::max(of.smallest, of.bound) : of.smallest;
         return scaled_jacobian_text(least, is_valid);
     };
@@ -170,7 +171,7 @@ std::string distance_row(const Report& report) {
     return table_row(name_distance(report), text);
 }
 
-/// Nodes or vertices off the geometry; empty if there are none.
+/// Nodes or vertices off the geometry; empty if none.
 std::string deviation_row(const char* name, const DeviationReport& d) {
     if (d.off == 0) return {};
     return table_row(name, fmt::format("{} of {}, by up to {:.4g} ({:.2g} of the edge)", grouped(d.off),
@@ -222,7 +223,7 @@ std::string input_boundary_row(const InputBoundaryReport& k) {
                                  k.largest_relative_shift));
 }
 
-/// Lengths and shapes in the metric, before and after the passes.
+/// Lengths and qualities in the metric, before and after the passes.
 std::string remesh_rows(const RemeshReport& r) {
     const auto share = [](const UnitMeshReport& u) {
         return u.edges == 0 ? 0.0 : 100 * static_cast<double>(u.unit_edges) / static_cast<double>(u.edges);
@@ -233,7 +234,7 @@ std::string remesh_rows(const RemeshReport& r) {
                      fmt::format("{:.3g} -> {:.3g}, of element {}", r.before.worst_quality, r.after.worst_quality,
                                  r.after.worst_element)) +
            (far > 0 ? table_row("facets beyond the default bound",
-                                fmt::format("{}, as far from the geometry as facets before", grouped(far)))
+                                fmt::format("{}, as far from the geometry as the original facets", grouped(far)))
                     : std::string());
 }
 
@@ -307,10 +308,10 @@ std::string row_at(std::size_t depth, std::string_view name, const std::string& 
 template <class S>
 std::string rows_of_fields(const S& report, Reported of, std::size_t depth);
 
-/// Rows of one field: of a list of numbers its first items, of a list of structs one block each.
+/// Rows of one field. Lists of numbers show their first items, lists of structs one block per item.
 template <class T>
 std::string rows_of(std::string_view key, std::string_view unit, const T& value, Reported of, std::size_t depth) {
-    const bool is_plain = unit.empty() || unit == "1" || unit == "length";  // lengths are those of the mesh
+    const bool is_plain = unit.empty() || unit == "1" || unit == "length";  // lengths have the unit of the mesh
     const std::string suffix = is_plain ? "" : " " + std::string(unit);
     if constexpr (Scalar<T>) {
         return row_at(depth, title_of(key), text_of(value) + suffix);
@@ -386,7 +387,8 @@ std::string summary(const Report& report) {
 
 std::string full_table(const Report& report) {
     const Reported of = report.mesh.is_standalone_surface() ? Reported::surface : Reported::volume;
-    const std::array<std::string_view, 3> beside{"notices", "misses", "stages"};  // printed as sentences and as a table
+    const std::array<std::string_view, 3> beside{"notices", "misses", "stages"};  // printed elsewhere, as sentences and
+                                                                                  // as a table
     std::string text;
     each_shown_field(report, of, [&](const auto& field, const auto& value) {
         if (std::ranges::find(beside, field.key) == beside.end())

@@ -31,7 +31,6 @@ Outcome<Done> check_volumes(const LinearMesh<D>& mesh, const Execution& executio
     return no_positive_volume<D>(*first);
 }
 
-/// Elements with at least D marked vertices, ascending.
 template <int D>
 Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh, const Buffer<std::uint8_t>& marked,
                                                        const Execution& execution) {
@@ -51,7 +50,7 @@ Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh
 template <int D>
 struct NearFacets {
     LinearMesh<D> mesh;
-    Buffer<std::uint8_t> marked;  ///< by vertex, 1: it may have facets
+    Buffer<std::uint8_t> marked;  ///< for each vertex 1 if it may be on a facet
 };
 
 template <int D>
@@ -93,12 +92,12 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const Face
         for (int opposite = 0; opposite <= D; ++opposite) {
             const ElementId other = (*adjacent)[e][opposite];
             if (other.valid() && material[other] <= material[e])
-                continue;  // an interior face, or a facet that the
-                           // element on the other side adds
+                continue;  // an interior face, or a facet that is added for the other element
             SimplexVertices<D - 1> facet;
             const auto local = face_opposite<D>(opposite);
             for (int i = 0; i < D; ++i) facet[i] = mesh.elements.vertices[e][local[i]];
-            // The neighbour across a face with an unmarked vertex may be missing in this submesh.
+            // A face with an unmarked vertex is no facet. Its neighbour is missing only because this mesh is a part of
+            // the whole.
             if (std::any_of(facet.begin(), facet.end(), [&](VertexId v) { return part->marked[v.index()] == 0; }))
                 continue;
             vertices.push_back(facet);
@@ -107,7 +106,6 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const Face
     return Simplices<D - 1>{std::move(vertices), std::move(references), {}};
 }
 
-/// Sorted unique pairs of an entity and the reference of a facet there.
 template <class Key>
 using ReferencesAt = std::vector<std::pair<Key, Reference>>;
 
@@ -117,7 +115,6 @@ void order(ReferencesAt<Key>& at) {
     at.erase(std::unique(at.begin(), at.end()), at.end());
 }
 
-/// Calls f(key, sorted references) for ascending keys.
 template <class Key, class F>
 void each_key(const ReferencesAt<Key>& at, F&& f) {
     std::vector<Reference> found;
@@ -139,7 +136,8 @@ ReferencesAt<VertexId> references_at_vertices(const LinearMesh<D>& mesh) {
     return at;
 }
 
-/// Adds edges between facets of different references. Each set of these references has an edge reference 1, 2 ….
+/// Adds an edge where facets of different references meet. Edges get references 1, 2 …, one for each set of facet
+/// references.
 void add_ridges(LinearMesh<3>& mesh) {
     using Edge = std::array<VertexId, 2>;
     ReferencesAt<Edge> at;
@@ -206,10 +204,9 @@ double volume(const Buffer<Vec<3>>& p, const SimplexVertices<3>& s) {
     return det(p[s[1].index()] - p[s[0].index()], p[s[2].index()] - p[s[0].index()], p[s[3].index()] - p[s[0].index()]);
 }
 
-/// Vertex marks; threads that write the same one write the same value.
+/// Marks of vertices. Threads that write a mark at the same time write the same value.
 using Marks = std::vector<std::uint8_t>;
 
-/// `least`: minimum ratio of new to old volume.
 template <int D>
 struct Move {
     const Buffer<Vec<D>>& from;
@@ -217,8 +214,8 @@ struct Move {
     double least = 0;
 };
 
-/// Marks in `halve` the vertices of elements below the volume ratio. Examines elements with a vertex in `just_moved`.
-/// True if it marks any.
+/// Marks in `halve` the vertices of elements whose volume falls below the minimum ratio. Examines only elements with a
+/// vertex in `just_moved`. Returns true if there is such an element.
 template <int D>
 Outcome<bool> mark_shrunk_elements(const Move<D>& move, std::span<const SimplexVertices<D>> elements,
                                    const Marks& just_moved, Marks& halve, const Execution& execution) {
@@ -245,7 +242,7 @@ Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const E
     auto result = map_each(execution, points.size(), [&](std::size_t v) { return moved(v); });
     if (!result) return fail(result.error());
     Buffer<Vec<D>> at = std::move(*result);
-    Marks halved(points.size(), 0);  // number of halvings of each vertex's move
+    Marks halved(points.size(), 0);  // for each vertex, how often its move was halved
     Marks just_moved(points.size(), 1);
     for (int round = 0; round < halvings; ++round) {
         Marks halve(points.size(), 0);

@@ -1,4 +1,4 @@
-// Generates boxes and channels, whole or by rows, and estimates the number of elements of shapes.
+// Generates boxes and channels as a whole or by rows; estimates the number of elements of shapes.
 module;
 #include <algorithm>
 #include <array>
@@ -113,8 +113,8 @@ template Outcome<LinearMesh<3>> generate<3>(const BoxOptions<3>&, const Executio
 
 namespace {
 
-/// Adds segments along the edges of a 3D box. The reference is the number of the pair of adjacent sides, in ascending
-/// order of pairs.
+/// Adds segments along the 12 edges of a 3D box. An edge belongs to two sides; its reference is the position of this
+/// pair among the pairs in ascending order.
 void add_edges(const Lattice<3>& lattice, LinearMesh<3>& mesh) {
     struct Segment {
         std::array<VertexId, 2> ends;
@@ -125,7 +125,7 @@ void add_edges(const Lattice<3>& lattice, LinearMesh<3>& mesh) {
         return VertexId(static_cast<std::size_t>(at[0]) + x * (at[1] + y * at[2]));
     };
     constexpr std::array<std::array<int, 2>, 3> sides_along{{{1, 2}, {0, 2}, {0, 1}}};
-    // The pairs of side references in ascending order are (1, 3), (1, 4), (1, 5), (1, 6), (2, 3) … (4, 6).
+    // In ascending order, the pairs of side references are (1, 3), (1, 4), (1, 5), (1, 6), (2, 3) … (4, 6).
     constexpr std::array<int, 3> first_number{9, 3, 1}, numbers_a_side{2, 4, 4};
     std::vector<Segment> segments;
     for (int axis = 0; axis < 3; ++axis) {
@@ -213,7 +213,6 @@ class BoxRows final : public PrismRows<D> {
         return side != 0 ? std::optional(side) : std::nullopt;
     }
     [[nodiscard]] bool may_have_facets(VertexId v) const override { return lattice().on_boundary(v.index()); }
-    /// Lowest reference of a side with the vertex; 0: inner vertex.
     [[nodiscard]] Reference point_reference(VertexId v) const override {
         const auto place = lattice().place(v.index());
         for (int i = 0; i < D; ++i) {
@@ -226,7 +225,6 @@ class BoxRows final : public PrismRows<D> {
         const std::size_t ends = (row == 0 ? 1U : 0U) + (row + 1 == this->rows() ? 1U : 0U);
         return (D - 1) * rim() + ends * this->base().simplices.size();
     }
-    /// Number of boundary faces of the base.
     [[nodiscard]] std::size_t rim() const {
         std::size_t faces = 1;
         if constexpr (D == 3) faces = static_cast<std::size_t>(lattice().cells[0]) + lattice().cells[1];
@@ -278,7 +276,7 @@ Outcome<Done> check(const BumpOptions& o) {
     return Done{};
 }
 
-/// Vertex rows over a flat floor: boundary layers, then equal cells.
+/// Heights of rows of vertices above a flat floor: boundary layers, then cells of equal height.
 std::vector<double> row_heights(const BumpOptions& o) {
     std::vector<double> rows{0};
     for (const double d : layer_distances(o.floor_layer)) rows.push_back(d);
@@ -288,14 +286,14 @@ std::vector<double> row_heights(const BumpOptions& o) {
     return rows;
 }
 
-/// Maps from the channel without a bump: layers follow the floor, the rest is compressed below the ceiling.
+/// Maps a channel without bump to one with the bump. Layers move with the floor; the height of the other cells shrinks
+/// in proportion.
 Vec<2> lifted(const BumpOptions& o, const Vec<2>& p) {
     const double top = thickness(o.floor_layer);
     const double part = p[1] <= top ? 1.0 : (o.height - p[1]) / (o.height - top);
     return {{p[0], p[1] + part * floor_height(o, p[0])}};
 }
 
-/// Maps the unit lattice to the channel. Returns positions with jitter.
 Outcome<Buffer<Vec<2>>> place_points(Lattice<2>& lattice, const BumpOptions& options, const std::vector<double>& rows,
                                      const Execution& execution) {
     const int layers = options.floor_layer.count;
@@ -306,7 +304,7 @@ Outcome<Buffer<Vec<2>>> place_points(Lattice<2>& lattice, const BumpOptions& opt
         Vec<2> p{{std::lerp(0.0, options.length, lattice.points[v][0]), rows[row]}};
         Vec<2> shifted = p;
         const Vec<2> shift = options.jitter * noise.vector<2>(v);
-        // The layer vertices above one floor vertex have the same shift along the floor, so that layer heights stay
+        // All layer vertices above a floor vertex have the same shift along the floor, so that layer heights stay
         // exact.
         const bool within_layers = row <= layers;
         if (column > 0 && column < options.cells[0])
@@ -328,7 +326,7 @@ Outcome<LinearMesh<2>> generate_bump(const BumpOptions& options, const Execution
     if (!moved) return fail(moved.error());
     auto jittered = move_points<2>(lattice.points, *moved, lattice.elements, 0.2, execution);
     if (!jittered) return fail(jittered.error());
-    // A halved move is a part of a chord of the bump, so floor vertices are projected onto the bump again.
+    // Halved moves of floor vertices end on chords of the bump, so these vertices are projected onto the bump again.
     auto on_floor = each(execution, lattice.points.size(), [&](std::size_t v) {
         if (lattice.place(v)[1] == 0) lattice.points[v][1] = floor_height(options, lattice.points[v][0]);
     });
@@ -364,7 +362,6 @@ Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& exe
 
 namespace {
 
-/// Number of points on a sphere (2D: circle) for this edge length.
 template <int D>
 double cover(double radius, double size) {
     return D == 2 ? 2 * std::numbers::pi * radius / size
@@ -383,7 +380,7 @@ double prisms(const ShellOptions<D>& o) {
     return D * facets * (counts.rows + o.inner_layer.count + o.outer_layer.count);
 }
 
-/// Estimated number of elements, for points on spheres at distances of a simplex height. 2D (Euler): two triangles per
+/// Estimated number of elements for points on spheres that are one simplex height apart. 2D (Euler): two triangles per
 /// inner point, one per boundary point. 3D: ratios measured on shells with 10^3 to 1.5·10^5 elements.
 template <int D>
 double unstructured(const ShellOptions<D>& o) {
@@ -405,7 +402,6 @@ double unstructured(const ShellOptions<D>& o) {
 
 double off(double elements, double target) { return std::abs(log(elements / target)); }
 
-/// Rounds each number up or down so that elements(cells) is closest to the target.
 template <std::size_t N, class Elements>
 std::array<int, N> rounded(const std::array<double, N>& ideal, const std::array<int, N>& least, double target,
                            Elements&& elements) {
@@ -457,7 +453,7 @@ ShellOptions<D> with_elements(ShellOptions<D> options, double count) {
         o.outer_size *= exp(log_factor);
         return o;
     };
-    double fine = -40, coarse = 40;  // bounds of the logarithm of the scale factor
+    double fine = -40, coarse = 40;  // bounds of the logarithm of the factor for both sizes
     for (int step = 0; step < 60; ++step) {
         const double middle = (fine + coarse) / 2;
         (expected_elements(scaled(middle)) > count ? fine : coarse) = middle;
@@ -480,7 +476,7 @@ BoxOptions<D> with_elements(BoxOptions<D> options, double count) {
 }
 
 BumpOptions with_elements(BumpOptions options, double count) {
-    // a × b cells have 2 a (b + layers) elements. Solves 2 f a (f b + layers) = count for the scale factor f.
+    // A channel of a × b cells has 2 a (b + layers) elements. The factor f solves 2 f a (f b + layers) = count.
     const double a = options.cells[0], b = options.cells[1], layers = options.floor_layer.count;
     const double factor = (std::sqrt(a * a * layers * layers + 2 * a * b * count) - a * layers) / (2 * a * b);
     options.cells = rounded(std::array{factor * a, factor * b}, {2, 1}, count, [&](const std::array<int, 2>& cells) {

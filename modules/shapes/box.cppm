@@ -1,4 +1,4 @@
-// Options and generators of boxes, channels with a bump and shells, also by rows; estimates of their numbers of
+// Options and generators of boxes, channels with a bump, and shells, also by rows. Estimates of their numbers of
 // elements.
 module;
 #include <array>
@@ -13,13 +13,13 @@ import :delaunay;
 
 export namespace camber {
 
-/// From the wall, layer heights are first_height, first_height × growth, ….
+/// Heights of the layers, from the wall: first_height, first_height × growth, ….
 struct BoundaryLayer {
     int count = 0;
-    double first_height = 0.02;  ///< of the layer at the wall (model units)
-    double growth = 1.25;        ///< height ratio of a layer to the one below it
-    Reference material = 1;      ///< of the layers; all other elements have 1
-    Reference interface = 9;     ///< of facets between the layers and another material
+    double first_height = 0.02;  ///< height of the layer at the wall (model units)
+    double growth = 1.25;        ///< height of a layer divided by that of the layer below it
+    Reference material = 1;      ///< material of the layers; all other elements have material 1
+    Reference interface = 9;     ///< reference of the facets between the layers and another material
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoundaryLayer;
@@ -35,7 +35,7 @@ struct BoundaryLayer {
     friend bool operator==(const BoundaryLayer&, const BoundaryLayer&) = default;
 };
 
-/// Distances of the layers' outer sides from the wall, ascending.
+/// For each layer, the distance of its outer side from the wall, ascending.
 [[nodiscard]] inline std::vector<double> layer_distances(const BoundaryLayer& layer) {
     std::vector<double> distances;
     double height = layer.first_height, total = 0;
@@ -48,8 +48,8 @@ struct BoundaryLayer {
     return layer.count > 0 ? layer_distances(layer).back() : 0.0;
 }
 
-/// A rectangle or box: cells of a graded lattice, cut along random diagonals and warped by a map that preserves the
-/// sides. Facet references: 2i + 1 on the side of low x_i, 2i + 2 on the side of high x_i.
+/// A rectangle or box. Cells of a graded lattice are cut along random diagonals, and warped by a map that preserves the
+/// sides. The facet reference is 2i + 1 on the side of low x_i, and 2i + 2 on the side of high x_i.
 template <int D>
 struct BoxOptions {
     Vec<D> low{};
@@ -67,8 +67,8 @@ struct BoxOptions {
         std::array<double, D> even{};
         for (double& ratio : even) ratio = 1;
         return even;
-    }();  ///< per axis: last over first cell length (geometric series)
-    double warp = 0;         ///< x_i moves by warp (high_i − low_i) ∏ sin(2π u_j), u in the unit box
+    }();  ///< for each axis: length of the last cell divided by that of the first (geometric series)
+    double warp = 0;         ///< x_i moves by warp (high_i − low_i) ∏_j sin(2π u_j); u: position in the unit box
     double jitter = 0.2;     ///< maximum random move along each axis, in cell sizes; sides stay plane
     std::uint64_t seed = 1;  ///< seed of random diagonals and jitter
 
@@ -101,7 +101,7 @@ struct BoxOptions {
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> generate(const BoxOptions<D>& options, const Execution& execution = {});
 
-/// Lattice of a box. Vertex (i, j, k) has number i + (n_x + 1) (j + (n_y + 1) k) for n_x × n_y × n_z cells.
+/// Lattice of a box of n_x × n_y × n_z cells. Vertex (i, j, k) has the number i + (n_x + 1) (j + (n_y + 1) k).
 template <int D>
 struct Lattice {
     std::array<int, D> cells{};
@@ -123,7 +123,7 @@ struct Lattice {
             if (at[i] == 0 || at[i] == cells[i]) return true;
         return false;
     }
-    /// Facet reference as in BoxOptions; 0: interior.
+    /// Facet reference as in BoxOptions; 0 if the facet is not on a side.
     [[nodiscard]] Reference side(const SimplexVertices<D - 1>& facet) const {
         for (int i = 0; i < D; ++i)
             for (const int end : {0, cells[i]}) {
@@ -135,18 +135,18 @@ struct Lattice {
     }
 };
 
-/// Unit box with equal cells. Errors: stopped.
+/// Lattice of the unit box with equal cells. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Lattice<D>> lattice_of(const std::array<int, D>& cells, std::uint64_t seed,
                                              const Execution& execution);
 
-/// A 2D channel [0, length] × [0, height] with a bump on the floor: b(x) = bump_height (1 − s²)³, s = 2 (x −
-/// length/2)/bump_width, |s| < 1 (C² at its ends). Facet references: 1 inlet (x = 0), 2 outlet, 3 floor, 4 ceiling;
-/// four corners.
+/// A 2D channel [0, length] × [0, height] with a bump on the floor: b(x) = bump_height (1 − s²)³ for |s| < 1, with s =
+/// 2 (x − length/2)/bump_width. The bump is C² at its ends. Facet references: 1 inlet (x = 0), 2 outlet, 3 floor, 4
+/// ceiling. The mesh has four corners.
 struct BumpOptions {
     double length = 3, height = 1;             ///< in model units
     double bump_height = 0.2, bump_width = 1;  ///< at the middle of the floor (model units)
-    std::array<int, 2> cells{36, 8};           ///< cells along the channel, and across it above the layers
+    std::array<int, 2> cells{36, 8};           ///< number of cells along the channel, and of rows above the layers
     BoundaryLayer floor_layer{.count = 0, .first_height = 0.01, .growth = 1.3};
     double jitter = 0.2;  ///< maximum random move of inner vertices along each axis, in cell sizes
     std::uint64_t seed = 1;
@@ -177,20 +177,20 @@ struct BumpOptions {
 [[nodiscard]] Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& execution = {});
 
 enum class ShellStructure : std::uint8_t {
-    unstructured,  ///< Delaunay mesh of spread points, improved until no element is flat
-    prisms,        ///< rows of prisms over an icosphere, cut along random diagonals; fast
+    unstructured,  ///< Delaunay mesh of points on spheres, moved until no element is flat
+    prisms,        ///< rows of prisms over an icosphere, cut along random diagonals; faster
 };
 [[nodiscard]] constexpr auto words(ShellStructure) {
     return words_of(Word{ShellStructure::unstructured, "unstructured"}, Word{ShellStructure::prisms, "prisms"});
 }
 
-/// Volume between concentric spheres (2D: circles), with optional layers. inner_size and outer_size are the edge
-/// lengths at the layer tops.
+/// Volume between concentric spheres (2D: circles), with optional layers on both. `inner_size` and `outer_size` are
+/// edge lengths at the tops of the layers.
 template <int D>
 struct ShellOptions {
     Vec<D> centre{};
     double inner_radius = 1, outer_radius = 5;  ///< in model units
-    double inner_size = 0.6, outer_size = 1.8;  ///< at the spheres (model units), linear in between
+    double inner_size = 0.6, outer_size = 1.8;  ///< edge lengths at the spheres (model units), linear in between
     BoundaryLayer inner_layer{}, outer_layer{};
     ShellStructure structure = ShellStructure::unstructured;
     double jitter = 0.15;  ///< maximum random move of a point, in edge lengths
@@ -244,7 +244,7 @@ struct ShellOptions {
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution& execution = {});
 
-/// Position of a vertex: on a sphere, on top of its layers, or elsewhere.
+/// Position of a vertex: on a sphere, on top of the layers of a sphere, or elsewhere.
 enum class ShellSide : std::uint8_t { between, inner, outer, above_inner_layer, above_outer_layer };
 
 /// A shell without layers, centred at the origin.
@@ -253,10 +253,11 @@ struct ShellCore {
     Buffer<Vec<D>> points;
     Buffer<ShellSide> sides;
     Buffer<SimplexVertices<D>> elements;
-    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< facet edges and outward direction are positively oriented
+    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< the edges of a facet and the outward direction are positively
+                                                  ///< oriented
 };
 
-/// Edge lengths between two spheres, linear in the radius.
+/// Edge lengths between two spheres; they are linear in the radius.
 struct ShellSizes {
     double inner_radius, outer_radius, inner_size, outer_size, jitter;
 
@@ -271,26 +272,27 @@ template <int D>
             o.outer_size, o.jitter};
 }
 
-/// Spreads points, and moves the vertices of flat elements. Elements at an additional vertex in the centre are removed:
-/// they fill the hole. Errors: usage (edges too long for the gap between the spheres); stopped.
+/// Spreads and triangulates points between two spheres, and moves the vertices of flat elements. An additional vertex
+/// in the centre is removed with its elements, which fill the hole. Errors: usage (edges too long for the gap between
+/// the spheres); stopped.
 template <int D>
 [[nodiscard]] Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise,
                                                       const Execution& execution);
 
-/// Number of parts of an icosphere edge (2D: of a fifth of the circle) for inner_size, and number of rows of prisms
-/// with regular heights.
+/// Numbers of prisms for the edge length `inner_size`: parts of an icosphere edge (2D: of a fifth of the circle), and
+/// rows.
 struct PrismCounts {
     double cuts, rows;
 };
 template <int D>
 [[nodiscard]] PrismCounts prism_counts(const ShellSizes& sizes);
 
-/// Rows of prisms over an icosphere. Reserves memory for `layers` further rows. Errors: stopped.
+/// Rows of prisms over an icosphere. Memory for `layers` more rows is reserved. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Noise& noise,
                                                const Execution& execution);
 
-/// 1: regular, 0: flat, negative: inverted.
+/// Quality of a simplex: 1 if regular, 0 if flat, negative if inverted.
 [[nodiscard]] double quality(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c);
 [[nodiscard]] double quality(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c, const Vec<3>& d);
 
@@ -298,7 +300,7 @@ struct ShapeCounts {
     std::size_t vertices = 0, elements = 0, facets = 0, edges = 0;
 };
 
-/// Consecutive rows of a shape, with the numbers of the whole mesh.
+/// Mesh of consecutive rows of a shape; numbers are those of the whole mesh.
 template <int D>
 struct ShapeRun {
     std::size_t first_vertex = 0, first_element = 0, first_facet = 0;
@@ -310,18 +312,18 @@ struct ShapeRun {
     Buffer<Reference> facet_references = {};
 };
 
-/// Rows of prisms over one base; together they are the mesh of `generate`. A run computes any range of rows, with a few
-/// neighbouring ones.
+/// Rows of prisms over one base. All rows together are the mesh of `generate`.
 template <int D>
 class ShapeRows {
   public:
     virtual ~ShapeRows() = default;
     [[nodiscard]] virtual ShapeCounts counts() const = 0;
     [[nodiscard]] virtual std::size_t rows() const = 0;
-    /// Errors: usage (an element without positive volume); memory, stopped.
+    /// Computes rows [first, last), for which it also needs a few neighbouring rows. Errors: usage (an element without
+    /// positive volume); memory, stopped.
     [[nodiscard]] virtual Outcome<ShapeRun<D>> run(std::size_t first, std::size_t last,
                                                    const Execution& execution) const = 0;
-    /// The mesh has only corners, feature edges and ridges.
+    /// Returns a mesh that has only corners, feature edges and ridges.
     [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
 
   protected:
@@ -332,7 +334,7 @@ class ShapeRows {
     ShapeRows& operator=(ShapeRows&&) = default;
 };
 
-/// Errors: those of `generate`; unsupported (unstructured shells).
+/// Returns the rows of a shape. Errors: those of `generate`; unsupported (unstructured shells).
 template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const BoxOptions<D>& options,
                                                                          const Execution& execution = {});
@@ -340,15 +342,16 @@ template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const ShellOptions<D>& options,
                                                                          const Execution& execution = {});
 
-/// Number of elements for valid options. Exact for boxes, channels and prism shells, within a few per cent for
-/// unstructured shells.
+/// Number of elements for valid options. It is exact for boxes, channels and prism shells, and within a few per cent
+/// for unstructured shells.
 template <int D>
 [[nodiscard]] double expected_elements(const ShellOptions<D>& options);
 template <int D>
 [[nodiscard]] double expected_elements(const BoxOptions<D>& options);
 [[nodiscard]] double expected_elements(const BumpOptions& options);
 
-/// Scales edge lengths or cell counts for about `count` elements (at least 1). Layers do not change.
+/// Scales edge lengths or numbers of cells so that the mesh has about `count` elements (at least 1). Layers do not
+/// change.
 template <int D>
 [[nodiscard]] ShellOptions<D> with_elements(ShellOptions<D> options, double count);
 template <int D>

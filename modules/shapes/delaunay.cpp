@@ -32,8 +32,8 @@ std::vector<GridPoint<D>> grid_points(std::span<const Vec<D>> points) {
     for (const Vec<D>& p : points) box.include(p);
     double extent = 0;
     for (int i = 0; i < D; ++i) extent = std::fmax(extent, box.high[i] - box.low[i]);
-    // The number of steps per unit is a power of two: coordinates with few binary digits (lattices) stay exact, and
-    // planes stay plane.
+    // The number of grid steps per unit is a power of two. So coordinates with few binary digits, such as those of
+    // lattices, stay exact, and planes stay plane.
     int exponent = 0;
     std::frexp(extent, &exponent);
     const double steps = std::ldexp(1.0, 23 - exponent);
@@ -51,7 +51,7 @@ T determinant3(const std::array<std::array<T, 3>, 3>& m) {
 
 int sign(Int128 x) { return (x > 0) - (x < 0); }
 
-/// 1: positive, 0: flat, −1: negative. The determinant is at most 6 · 2^69.
+/// Sign of a simplex's volume: 1, 0 (flat) or −1. The determinant is at most 6 · 2^69.
 int orientation(const std::array<const GridPoint<2>*, 3>& s) {
     std::array<GridPoint<2>, 2> d{};
     for (int r = 0; r < 2; ++r)
@@ -65,7 +65,7 @@ int orientation(const std::array<const GridPoint<3>*, 4>& s) {
     return sign(determinant3(d));
 }
 
-/// 1: p is inside the circumcircle of a positive triangle, 0: on it, −1: outside.
+/// Returns 1 if p is inside the circumcircle of a positively oriented triangle, 0 if p is on it, −1 if outside.
 int in_sphere(const std::array<const GridPoint<2>*, 3>& s, const GridPoint<2>& p) {
     std::array<std::array<Int128, 3>, 3> m{};
     for (int r = 0; r < 3; ++r) {
@@ -75,7 +75,6 @@ int in_sphere(const std::array<const GridPoint<2>*, 3>& s, const GridPoint<2>& p
     return sign(determinant3(m));
 }
 
-/// 4 × 4 in-sphere determinant, expanded along its column of squares.
 template <class T>
 T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squares) {
     const auto minor = [&](int a, int b, int c) { return determinant3<T>({d[a], d[b], d[c]}); };
@@ -83,8 +82,8 @@ T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squar
            squares[3] * minor(0, 1, 2);
 }
 
-/// Same for the circumsphere of a tetrahedron. Uses doubles if the sign is certain, else exact integers (at most 24 ·
-/// 2^(69 + 47.6) < 2^122).
+/// Same for the circumsphere of a tetrahedron. Doubles are used if their sign is certain, else exact integers. These
+/// are at most 24 · 2^(69 + 47.6) < 2^122.
 int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p) {
     std::array<std::array<double, 3>, 4> d{};
     std::array<double, 4> squares{};
@@ -98,7 +97,8 @@ int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p
         }
         largest_square = std::fmax(largest_square, squares[r]);
     }
-    // The determinant has 24 products of 4 factors, each with fewer than 16 rounding errors of 2^−53.
+    // Error bound: the determinant has 24 products of 4 factors, and each product has fewer than 16 rounding errors of
+    // 2^−53.
     const double error = 24 * 0x1p-49 * largest[0] * largest[1] * largest[2] * largest_square;
     if (const double value = lifted(d, squares); std::fabs(value) > error) return value > 0 ? 1 : -1;
     std::array<std::array<Int128, 3>, 4> exact{};
@@ -114,14 +114,15 @@ int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p
 template <int D>
 std::uint64_t z_order(const GridPoint<D>& p) {
     std::uint64_t key = 0;
-    for (int bit = 23; bit >= 3; --bit)  // 21 bits for each axis, 63 in 3D
+    for (int bit = 23; bit >= 3; --bit)  // 21 bits for each axis, so 63 bits in 3D
         for (int i = 0; i < D; ++i)
             key = key << 1U | (static_cast<std::uint64_t>(p[i] + (std::int64_t{1} << 22)) >> bit & 1U);
     return key;
 }
 
-/// Bowyer–Watson: removes the simplices whose circumspheres contain the new point, and joins the hole's boundary to it.
-/// Ghost simplices join hull facets to infinity; their "sphere" is the half space beyond the facet.
+/// Bowyer–Watson algorithm. It removes the simplices whose circumspheres contain the new point, and joins the hole's
+/// boundary to this point. Ghost simplices join the facets of the hull to infinity; their "sphere" is the half space
+/// beyond the facet.
 template <int D>
 class Triangulation {
   public:
@@ -154,9 +155,9 @@ class Triangulation {
   private:
     struct Cell {
         std::array<Index, D + 1> vertices{};
-        std::array<Index, D + 1> neighbours{};  ///< cell across the face opposite each vertex
-        Index stamp = 0;                        ///< last insertion that tested this cell
-        bool conflict = false;                  ///< result of that test
+        std::array<Index, D + 1> neighbours{};  ///< for each vertex the cell across the opposite face
+        Index stamp = 0;                        ///< number of the last insertion that tested this cell
+        bool conflict = false;
         bool dead = false;
     };
     struct Face {
@@ -164,7 +165,7 @@ class Triangulation {
         int opposite;
     };
 
-    /// Local index of the infinite vertex; −1 in a finite cell.
+    /// Position of the infinite vertex in the cell; −1 in a finite cell.
     [[nodiscard]] int infinite_slot(const Cell& cell) const {
         for (int i = 0; i <= D; ++i)
             if (cell.vertices[i] == infinity_) return i;
@@ -176,15 +177,16 @@ class Triangulation {
         for (int i = 0; i <= D; ++i) at[i] = &grid_[vertices[i]];
         return at;
     }
-    /// Orientation with p in place of vertex `slot`; negative: p is beyond the opposite face.
+    /// Orientation of the cell with p in place of vertex `slot`. It is negative if p is beyond the face opposite this
+    /// vertex.
     [[nodiscard]] int side(const Cell& cell, int slot, Index p) const {
         auto vertices = cell.vertices;
         vertices[slot] = p;
         return orientation(corners(vertices));
     }
 
-    /// Biased randomised insertion order: a random half is last, a quarter before it, and so on, each along a Z-curve.
-    /// Expected linear time and short walks.
+    /// Biased randomised insertion order: a random half of the points is last, a quarter is before it, and so on. Each
+    /// group is sorted along a Z-curve. Expected time is linear, and walks are short.
     std::vector<Index> insertion_order() const {
         std::vector<Index> order(grid_.size());
         std::iota(order.begin(), order.end(), Index{0});
@@ -195,8 +197,6 @@ class Triangulation {
         return order;
     }
 
-    /// Makes the first simplex and its ghosts from the first points in general position, which are removed from
-    /// `order`.
     bool start(std::vector<Index>& order) {
         std::array<Index, D + 1> first{};
         int have = 0;
@@ -211,7 +211,8 @@ class Triangulation {
         if (orientation(corners(first)) < 0) std::swap(first[0], first[1]);
         cells_.push_back({first});
         for (int i = 0; i <= D; ++i) {
-            // The ghost has face i and infinity beyond it, so its orientation is reversed: two vertices are swapped.
+            // The ghost is on the other side of face i, so its orientation is the opposite one: two vertices are
+            // swapped.
             Cell ghost{first};
             ghost.vertices[i] = infinity_;
             std::swap(ghost.vertices[(i + 1) % (D + 1)], ghost.vertices[(i + 2) % (D + 1)]);
@@ -222,7 +223,7 @@ class Triangulation {
         return true;
     }
 
-    /// True if p is not in the affine hull of the first `have` points; exact, by minors.
+    /// True if p is not in the affine hull of the first `have` points. The test by minors is exact.
     [[nodiscard]] bool extends(const std::array<Index, D + 1>& first, int have, Index p) const {
         const auto difference = [&](Index a, int i) { return Int128{grid_[a][i] - grid_[first[0]][i]}; };
         if (have == 0) return true;
@@ -239,7 +240,6 @@ class Triangulation {
         return orientation(corners(all)) != 0;
     }
 
-    /// Links neighbours by comparing all pairs of faces.
     void link_all() {
         const auto face = [&](Index cell, int opposite) {
             std::array<Index, D + 1> key = cells_[cell].vertices;
@@ -254,7 +254,6 @@ class Triangulation {
                         if (face(a, i) == face(b, j)) cells_[a].neighbours[i] = b;
     }
 
-    /// Walks to a cell whose circumsphere contains p.
     [[nodiscard]] Index locate(Index p) const {
         Index at = last_;
         if (const int slot = infinite_slot(cells_[at]); slot >= 0) at = cells_[at].neighbours[slot];
@@ -282,7 +281,7 @@ class Triangulation {
             conflict = in_sphere(corners(cell.vertices), grid_[p]) > 0;
         } else {
             const int beyond = side(cell, slot, p);
-            // If p is in the plane of the hull facet, the sphere of the finite cell behind this facet decides.
+            // For p in the plane of the hull facet, the sphere of the finite cell at this facet decides.
             conflict =
                 beyond != 0 ? beyond > 0 : in_sphere(corners(cells_[cell.neighbours[slot]].vertices), grid_[p]) > 0;
         }
@@ -291,7 +290,6 @@ class Triangulation {
         return conflict;
     }
 
-    /// Returns false if p coincides with a vertex.
     bool insert(Index p) {
         ++stamp_;
         const Index from = locate(p);
@@ -306,12 +304,12 @@ class Triangulation {
         return true;
     }
 
-    /// Adds the next cell to the hole if its sphere contains p, else the face to the hole's boundary.
+    /// Adds the cell across face i to the hole if its sphere contains p, else adds the face to the hole's boundary.
     void look_across(Index at, int i, Index p) {
         const Index across = cells_[at].neighbours[i];
         if (cells_[across].dead) return;
-        // Exact predicates make the hole star-shaped. If p were in the plane of a boundary face, p would be inside the
-        // face's circle, and so inside the sphere of the cell across.
+        // Exact predicates ensure that p is not in the plane of a boundary face of the hole. Otherwise p would be
+        // inside the face's circle, and so inside the sphere of the cell across the face.
         if (in_conflict(across, p)) {
             cells_[across].dead = true;
             hole_.push_back(across);
@@ -320,7 +318,7 @@ class Triangulation {
         }
     }
 
-    /// Joins the hole's boundary to p. New cells are neighbours if they share p and D − 1 other vertices.
+    /// Joins the hole's boundary to p by new cells, which are neighbours if they share p and D − 1 other vertices.
     void star(Index p) {
         shared_.clear();
         std::size_t reuse = 0;
@@ -354,7 +352,6 @@ class Triangulation {
             cells_[shared_[k + 1].cell].neighbours[shared_[k + 1].opposite] = shared_[k].cell;
         }
     }
-    /// Ignores the vertex at index `except`.
     [[nodiscard]] static bool contains(const std::array<Index, D + 1>& vertices, Index v, int except) {
         for (int i = 0; i <= D; ++i)
             if (i != except && vertices[i] == v) return true;
@@ -415,7 +412,8 @@ Buffer<Vec<2>> circle(std::size_t n, double start) {
     return points;
 }
 
-/// Integer weights of icosahedron corners identify points, so that faces share them.
+/// Builds an icosphere. A point is identified by integer weights of icosahedron corners, so that adjacent faces share
+/// points.
 class IcosphereBuilder {
   public:
     explicit IcosphereBuilder(int n) : n_(n), side_(static_cast<std::size_t>(n) + 1) {}
@@ -431,7 +429,7 @@ class IcosphereBuilder {
         sphere_.points.reserve(10 * squares + 2);
         sphere_.facets.reserve(20 * squares);
         on_edges_.resize(12 * 12);
-        // Icosahedron faces are the triples of corners at the minimum distance, 2.
+        // The faces of the icosahedron are the triples of corners at mutual distance 2, the minimum.
         for (int a = 0; a < 12; ++a)
             for (int b = a + 1; b < 12; ++b)
                 for (int c = b + 1; c < 12; ++c)
@@ -466,7 +464,6 @@ class IcosphereBuilder {
         return id;
     }
 
-    /// Vertex number of a point; invalid at first.
     VertexId& place(const std::array<int, 3>& face, const std::array<int, 3>& weights) {
         for (int k = 0; k < 3; ++k) {
             if (weights[k] == n_) return at_corners_[face[k]];
@@ -485,8 +482,8 @@ class IcosphereBuilder {
     std::size_t side_;
     std::vector<Vec<3>> corners_;
     std::array<VertexId, 12> at_corners_;
-    std::vector<std::vector<VertexId>> on_edges_;  ///< row: lower corner × 12 + higher corner; column: weight of the
-                                                   ///< lower corner
+    std::vector<std::vector<VertexId>> on_edges_;  ///< row: lower corner × 12 + higher corner of the edge; column:
+                                                   ///< weight of the lower corner
     std::vector<VertexId> inside_;
     UnitSphere<3> sphere_;
 };
@@ -520,7 +517,7 @@ template <>
 UnitSphere<2> icosphere<2>(int n) {
     UnitSphere<2> sphere{circle(5 * static_cast<std::size_t>(n), 0), {}};
     const std::size_t count = sphere.points.size();
-    // Edges run clockwise: then (edge, outward direction) is positively oriented, as in 3D.
+    // Edges run clockwise. So an edge and the outward direction are positively oriented, as in 3D.
     for (std::size_t i = 0; i < count; ++i) sphere.facets.push_back({VertexId((i + 1) % count), VertexId(i)});
     return sphere;
 }

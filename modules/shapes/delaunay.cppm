@@ -11,62 +11,64 @@ import camber.core;
 
 export namespace camber {
 
-/// Counter-based random generator: a number depends only on seed and index. Standard distributions are not portable.
+/// Random generator in which a number depends only on the seed and its index. Standard distributions are not used
+/// because they are not portable.
 struct Noise {
     std::uint64_t seed = 1;
 
-    /// 64 mixed bits of (seed, a, b): two SplitMix64 finalisers.
+    /// 64 random bits for (seed, a, b), from two SplitMix64 finalisers.
     [[nodiscard]] constexpr std::uint64_t bits(std::uint64_t a, std::uint64_t b = 0) const {
         return mixed_bits(mixed_bits(seed + 0x9e3779b97f4a7c15ULL * (a + 1)) + 0xd1b54a32d192ed03ULL * (b + 1));
     }
-    /// Uniform in [−1, 1), 53 bits.
+    /// Random number in [−1, 1) with 53 bits.
     [[nodiscard]] constexpr double symmetric(std::uint64_t a, std::uint64_t b = 0) const {
         return static_cast<double>(bits(a, b) >> 11U) * 0x1p-52 - 1.0;
     }
-    /// Coordinates are uniform in [−1, 1).
+    /// Random vector with coordinates in [−1, 1).
     template <int D>
     [[nodiscard]] constexpr Vec<D> vector(std::uint64_t a, std::uint64_t b = 0) const {
         Vec<D> v;
         for (int i = 0; i < D; ++i) v[i] = symmetric(a, b * D + i);
         return v;
     }
-    /// Independent generator number i.
+    /// Generator number i, independent of the others.
     [[nodiscard]] constexpr Noise stream(std::uint64_t i) const { return {bits(i, 0x5eedULL)}; }
 };
 
-/// Moves points to `moved`. If an element would get less than `least` times its volume, the moves of its vertices are
-/// halved repeatedly, at last to zero. Errors: stopped.
+/// Moves points to `moved`. If the volume of an element would fall below `least` times its old volume, the moves of its
+/// vertices are halved, several times and at last to zero. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> move_points(Buffer<Vec<D>>& points, std::span<const Vec<D>> moved,
                                         std::span<const SimplexVertices<D>> elements, double least,
                                         const Execution& execution = {});
 
-/// Minimum volume ratio of an element after random moves.
+/// Minimum ratio of new to old volume of an element in random moves.
 inline constexpr double min_jittered_volume_ratio = 0.2;
 
-/// Maximum number of halvings, and so of rings of elements that affect a point.
+/// Maximum number of halvings. So an element affects only points within this number of rings of elements.
 inline constexpr int rings_of_move = 12;
 
-/// Target of a point; called again at each halving.
+/// Function that returns the target of a point. It is called again at each halving.
 template <int D>
 using Moved = std::function<Vec<D>(std::size_t)>;
-/// f(just_moved, look) passes all elements to `look`, in parts; elements without a vertex in `just_moved` are optional.
+/// Function f(just_moved, look) that passes all elements to `look`, in parts. It may omit elements without a vertex in
+/// `just_moved`.
 template <int D>
 using ElementRuns =
     std::function<Outcome<Done>(std::span<const std::uint8_t> just_moved,
                                 const std::function<Outcome<Done>(std::span<const SimplexVertices<D>>)>& look)>;
 
-/// Same, for elements that are not all in memory.
+/// Same, if the elements are not all in memory.
 template <int D>
 [[nodiscard]] Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const ElementRuns<D>& runs,
                                         double least, const Execution& execution = {});
 
-/// Cuts a row of prisms over (D − 1)-simplices into D elements each. Base vertex v becomes bottom(v) and top(v). Base
-/// edges and the direction to the top must be positively oriented.
+/// Cuts a row of prisms over (D − 1)-simplices into D elements each. Copies of base vertex v are bottom(v) and top(v).
+/// The edges of a base simplex and the direction to the top must be positively oriented.
 ///
-/// Quadrilaterals are cut from the lower-ranked vertex at the bottom to the higher-ranked one at the top. Ranks make
-/// neighbours conforming and exclude the cyclic cut, which has no tetrahedra; random ranks avoid patterns. Errors:
-/// stopped.
+/// The diagonal of a quadrilateral goes from the bottom copy of the vertex with the lower rank to the top copy of the
+/// other. So neighbouring prisms conform, and the cyclic cut, which has no tetrahedra, does not occur. Random ranks
+/// avoid patterns. Errors: stopped.
 template <int D, class Bottom, class Top>
 [[nodiscard]] Outcome<Done> extrude(std::span<const SimplexVertices<D - 1>> base, std::span<const std::uint64_t> ranks,
                                     Bottom&& bottom, Top&& top, std::span<SimplexVertices<D>> elements,
@@ -82,7 +84,7 @@ template <int D, class Bottom, class Top>
                 std::swap(s[j], s[j - 1]);
                 odd = !odd;
             }
-        for (int step = 0; step < D; ++step) {  // the element has both copies of vertex `step`
+        for (int step = 0; step < D; ++step) {  // the element has the bottom and the top copy of vertex number `step`
             SimplexVertices<D> element;
             for (int i = 0; i <= step; ++i) element[i] = bottom(s[i]);
             for (int i = step; i < D; ++i) element[i + 1] = top(s[i]);
@@ -92,19 +94,19 @@ template <int D, class Bottom, class Top>
     });
 }
 
-/// Prisms between `rows` + 1 copies of `count` base vertices; copy k of vertex v is v + k count.
+/// Prisms between `rows` + 1 copies of `count` base vertices. Copy k of vertex v has the number v + k count.
 template <int D>
 struct PrismStack {
     std::span<const SimplexVertices<D - 1>> base;
     std::size_t count = 0, rows = 0;
 };
 
-/// Cuts row k with ranks from noise.stream(first_stream + k). Errors: stopped.
+/// Cuts all rows; the ranks of row k are those of noise.stream(first_stream + k). Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> extrude_rows(const PrismStack<D>& stack, const Noise& noise, std::uint64_t first_stream,
                                          std::span<SimplexVertices<D>> elements, const Execution& execution) {
     const auto& [base, count, rows] = stack;
-    const Execution quiet = without_progress(execution);  // progress would restart in each row
+    const Execution quiet = without_progress(execution);  // otherwise the progress would restart in each row
     Buffer<std::uint64_t> ranks(count);
     for (std::size_t k = 0; k < rows; ++k) {
         const Noise of_row = noise.stream(first_stream + k);
@@ -122,20 +124,23 @@ template <int D>
 template <int D>
 using FacetReference = std::function<Reference(const SimplexVertices<D - 1>&)>;
 
-/// True for all vertices with facets and possibly others; thread-safe. Null: all.
+/// Thread-safe function that is true for all vertices on facets, and possibly for others. Null: all vertices.
 using MayHaveFacets = std::function<bool(VertexId)>;
 
-/// Completes a mesh. Facets: the boundary, outwards, and material interfaces, out of the lower material. Vertices get
-/// the lowest reference of their facets (interior: 0). Corners are vertices with facets of at least D references;
-/// ridges (3D) are edges between facets of different references. Errors: usage (an element without positive volume:
-/// incompatible sizes); stopped.
+/// Completes a generated mesh.
+/// - Facets are the boundary, oriented outwards, and material interfaces, oriented out of the lower material.
+/// - Vertices get the lowest reference of their facets (interior: 0).
+/// - Corners are vertices with facets of at least D references; ridges (3D) are edges between facets of different
+///   references.
+///
+/// Errors: usage (an element without positive volume: incompatible sizes); stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
                                                   Buffer<Reference> materials, const FacetReference<D>& facet_reference,
                                                   const MayHaveFacets& may_have_facets = {},
                                                   const Execution& execution = {});
 
-/// Same with material 1.
+/// Same for a mesh whose elements all have material 1.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
                                                   const FacetReference<D>& facet_reference,
@@ -152,7 +157,7 @@ template <int D>
                 Entity{simplex_name<D>, element + 1}, "use sizes that fit together");
 }
 
-/// D! times the volume (2D: area).
+/// Volume (2D: area) multiplied by D!.
 [[nodiscard]] inline double determinant(const Column<Vec<2>>& p, const SimplexVertices<2>& s) {
     return det(p[s[1]] - p[s[0]], p[s[2]] - p[s[0]]);
 }
@@ -160,11 +165,11 @@ template <int D>
     return det(p[s[1]] - p[s[0]], p[s[2]] - p[s[0]], p[s[3]] - p[s[0]]);
 }
 
-/// Delaunay triangulation of the convex hull, positively oriented, in a fixed order.
+/// Delaunay triangulation of the points' convex hull. Elements are positively oriented and in a reproducible order.
 ///
-/// Predicates are exact in 128 bits, on a grid of 2^23 steps across the bounding box. Elements flatter than a grid step
-/// may be inverted for the original points. Errors: usage (fewer than D + 1 points, all coplanar, two equal on the
-/// grid).
+/// Predicates are exact in 128 bits for points on a grid of 2^23 steps across the bounding box. Elements flatter than a
+/// grid step may be inverted for the original points. Errors: usage (fewer than D + 1 points, all coplanar, two equal
+/// on the grid).
 template <int D>
 [[nodiscard]] Outcome<Buffer<SimplexVertices<D>>> delaunay(std::span<const Vec<D>> points, const Noise& noise);
 
@@ -172,7 +177,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Buffer<Vec<D>> spread_points(std::size_t n, const Noise& noise);
 
-/// Facets are counter-clockwise seen from outside.
+/// Unit vectors and facets between them, counter-clockwise seen from outside.
 template <int D>
 struct UnitSphere {
     Buffer<Vec<D>> points;

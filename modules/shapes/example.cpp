@@ -27,7 +27,7 @@ static double worst_distance(const LinearMesh<3>& mesh, const ShellOptions<3>& o
 }
 
 int main() {
-    // Volume between two spheres, with three thin layers on the inner one.
+    // The volume between two spheres, with three thin layers on the inner sphere.
     const ShellOptions<3> options{.inner_radius = 1,
                                   .outer_radius = 2,
                                   .inner_size = 0.4,

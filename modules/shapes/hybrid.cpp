@@ -14,7 +14,6 @@ namespace camber {
 
 namespace {
 
-/// Collects elements, then adds boundary facets with references.
 template <int D>
 class MeshParts {
   public:
@@ -28,7 +27,6 @@ class MeshParts {
     }
     [[nodiscard]] const Buffer<Vec<D>>& points() const { return points_; }
 
-    /// reference(p): reference of a facet with vertex mean p.
     template <class Of>
     [[nodiscard]] Mesh<D> finish(Of&& reference) && {
         Mesh<D> mesh;
@@ -50,11 +48,10 @@ class MeshParts {
         Buffer<ShapeVertices<shape>> rows;
     };
 
-    /// Adds element sides without a neighbour as facets, oriented outwards.
     template <class Of>
     void add_facets(Mesh<D>& mesh, Of&& reference) {
-        std::map<std::vector<VertexId>, std::vector<VertexId>> open;  // sides without a neighbour so far, by sorted
-                                                                      // vertices
+        std::map<std::vector<VertexId>, std::vector<VertexId>> open;  // sides that were found in only one element so
+                                                                      // far; key: their sorted vertices
         const auto meet = [&](const std::vector<VertexId>& side) {
             auto key = side;
             std::ranges::sort(key);
@@ -96,7 +93,6 @@ class MeshParts {
     ByShape<D, Rows> elements_;
 };
 
-/// Side reference as in `BoxOptions`; the box begins at the origin.
 template <int D>
 Reference side_of(const Vec<D>& p, const Vec<D>& high) {
     for (int i = 0; i < D; ++i) {
@@ -116,7 +112,6 @@ Outcome<Done> check_cells(const std::array<int, N>& cells) {
     return Done{};
 }
 
-/// Adds vertices; x varies fastest.
 template <int D>
 std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>& cells, const Vec<D>& high) {
     std::vector<VertexId> vertices;
@@ -149,15 +144,15 @@ std::array<VertexId, 8> cube(const std::vector<VertexId>& v, const std::array<in
     return {at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)};
 }
 
-/// Cuts at the lowest vertex, so that both sides agree.
+/// Cuts a quadrilateral at its lowest vertex, so that the elements on both sides agree.
 std::array<std::array<VertexId, 3>, 2> halves(const std::array<VertexId, 4>& q) {
     const bool first = std::min(q[0], q[2]) < std::min(q[1], q[3]);
     if (first) return {{{q[0], q[1], q[2]}, {q[0], q[2], q[3]}}};
     return {{{q[0], q[1], q[3]}, {q[1], q[2], q[3]}}};
 }
 
-/// Splits a cube around its centre into tetrahedra over its sides, with a pyramid over the lower side below which is a
-/// hexahedron.
+/// Splits a cube into tetrahedra between its centre and halves of its sides. With `has_pyramid`, a pyramid covers the
+/// lower side.
 void add_split_cube(MeshParts<3>& parts, const std::array<VertexId, 8>& corners, bool has_pyramid) {
     Vec<3> mean;
     for (const VertexId v : corners) mean += 0.125 * parts.points()[v.index()];
@@ -172,7 +167,6 @@ void add_split_cube(MeshParts<3>& parts, const std::array<VertexId, 8>& corners,
     }
 }
 
-/// True for every third cell, which is cut into two triangles.
 bool is_cut(int i, int j) { return (i + j) % 3 == 2; }
 
 }  // namespace
@@ -258,9 +252,10 @@ Outcome<Mesh<3>> generate_prisms(const ShellOptions<3>& options, const Execution
         MeshParts<3> parts;
         for (const Vec<3>& p : shell->points) parts.add(p);
         for (const auto& vertices : shell->elements.vertices) parts.add<Shape::tetrahedron>(vertices);
-        // Each vertex of the inner sphere gets a copy on the lower side of each layer.
+        // Layers grow inwards: each vertex of the tetrahedra's inner boundary gets a copy for the lower side of each
+        // layer.
         const auto distances = layer_distances(options.inner_layer);
-        std::map<VertexId, std::vector<VertexId>> columns;  // copies of a vertex, from the wall outwards
+        std::map<VertexId, std::vector<VertexId>> columns;  // copies of each vertex, from the wall outwards
         const auto column = [&](VertexId v) -> const std::vector<VertexId>& {
             auto& rows = columns[v];
             if (!rows.empty()) return rows;

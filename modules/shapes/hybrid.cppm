@@ -8,26 +8,28 @@ import :box;
 
 export namespace camber {
 
-/// Unit square in quadrilaterals; every third one is cut into two triangles. Facet references, except for surfaces and
-/// shells, are as in `BoxOptions`. Errors, also of the next three functions: usage (no cells, over 1e8 vertices).
+/// Unit square of quadrilaterals, of which every third one is cut into two triangles. Facet references, except for
+/// surfaces and shells, are as in `BoxOptions`. Errors, also of the next three functions: usage (no cells, more than
+/// 1e8 vertices).
 [[nodiscard]] Outcome<Mesh<2>> generate_plate(const std::array<int, 2>& cells);
 
-/// Same as a standalone surface mesh at z = 0; facet reference 1.
+/// Same, as a standalone surface mesh at z = 0; all facets have reference 1.
 [[nodiscard]] Outcome<Mesh<3>> generate_plate_in_space(const std::array<int, 2>& cells);
 
-/// Unit cube in hexahedra.
+/// Unit cube of hexahedra.
 [[nodiscard]] Outcome<Mesh<3>> generate_hexahedra(const std::array<int, 3>& cells);
 
-/// Unit cube: hexahedra in the lower half, then a layer of tetrahedra with pyramids on the hexahedra, then tetrahedra.
-/// Further errors: usage (fewer than three cells along z).
+/// Unit cube with hexahedra in the lower half and tetrahedra above. Pyramids in the lowest layer of tetrahedra lie on
+/// the hexahedra. Further errors: usage (fewer than three cells along z).
 [[nodiscard]] Outcome<Mesh<3>> generate_pyramids(const std::array<int, 3>& cells);
 
-/// Shell with prism layers on the inner sphere (`inner_layer`, heights along rays) and tetrahedra above. All references
-/// are 1; there are no interface facets. Errors: those of `generate`, usage (no layers).
+/// Shell with layers of prisms on the inner sphere (`inner_layer`) and tetrahedra above. Layer heights are measured
+/// along rays from the centre. All references are 1, and there are no interface facets. Errors: those of `generate`,
+/// usage (no layers).
 [[nodiscard]] Outcome<Mesh<3>> generate_prisms(const ShellOptions<3>& options, const Execution& execution = {});
 
-/// Warps a mesh smoothly: each coordinate moves by `share` times the mesh size times products of sines and cosines of
-/// the others. Elements of the meshes above stay valid up to `share` 0.05.
+/// Bends a mesh smoothly. The move of a coordinate is `share` times the mesh size times products of sines and cosines
+/// of the other coordinates. Elements of the meshes above stay valid up to `share` 0.05.
 template <int D>
 [[nodiscard]] Mesh<D> bend(Mesh<D> mesh, double share);
 

@@ -1,4 +1,4 @@
-// Lattices and rows of prisms, which generators compute whole or by ranges of rows.
+// Lattices and rows of prisms; generators compute them as a whole or by ranges of rows.
 module;
 #include <algorithm>
 #include <array>
@@ -17,16 +17,16 @@ import :delaunay;
 
 namespace camber {
 
-/// Errors: usage (options that `generate` rejects).
+/// Errors: usage (the options are not valid for `generate`).
 template <int D>
 [[nodiscard]] Outcome<Done> check_box(const BoxOptions<D>& options);
 
-/// Lattice simplices, extruded from dimension to dimension. Errors: stopped.
+/// Simplices of a lattice: those of dimension D − 1 are extruded along the next axis. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<SimplexVertices<D>>> lattice_simplices(std::span<const int, D> cells, const Noise& noise,
                                                                     const Execution& execution);
 
-/// Positions of lattice planes from 0 to 1; exact quotients for grading 1.
+/// Positions from 0 to 1 of the planes between cells. They are exact quotients for grading 1.
 [[nodiscard]] inline std::vector<double> lattice_planes(int cells, double grading) {
     std::vector<double> at(static_cast<std::size_t>(cells) + 1);
     if (grading == 1 || cells == 1) {
@@ -39,10 +39,10 @@ template <int D>
     return at;
 }
 
-/// Minimum volume ratio of an element after warping.
+/// Minimum ratio of an element's volume after warping to that before.
 inline constexpr double min_warped_volume_ratio = 0.05;
 
-/// Regular, warped and jittered positions of a box's vertices.
+/// Regular, warped and jittered positions of the vertices of a box.
 template <int D>
 class BoxPlaces {
   public:
@@ -56,11 +56,11 @@ class BoxPlaces {
     [[nodiscard]] Vec<D> regular(std::size_t v) const {
         const auto place = lattice_.place(v);
         Vec<D> p;
-        // std::lerp is exact at both ends, so sides are exactly planar.
+        // std::lerp is exact at both ends, so the vertices of a side lie exactly in its plane.
         for (int i = 0; i < D; ++i) p[i] = std::lerp(options_.low[i], options_.high[i], axes_[i][place[i]]);
         return p;
     }
-    /// Adds the warp to p, if v is an inner vertex.
+    /// Position p of vertex v after warping, which moves only inner vertices.
     [[nodiscard]] Vec<D> bent(std::size_t v, const Vec<D>& p) const {
         if (lattice_.on_boundary(v)) return p;
         const auto place = lattice_.place(v);
@@ -68,7 +68,7 @@ class BoxPlaces {
         for (int i = 0; i < D; ++i) move *= sin(2 * std::numbers::pi * axes_[i][place[i]]);
         return p + move * (options_.high - options_.low);
     }
-    /// Adds jitter to p; vertices on a side stay on it.
+    /// Position p of vertex v after jitter. Vertices on a side stay on it.
     [[nodiscard]] Vec<D> jittered(std::size_t v, Vec<D> p) const {
         const auto place = lattice_.place(v);
         const Vec<D> shift = options_.jitter * noise_.template vector<D>(v);
@@ -80,7 +80,7 @@ class BoxPlaces {
     }
 
   private:
-    /// Length of the shorter cell next to an inner plane.
+    /// Length along `axis` of the shorter of the two cells at inner plane k.
     [[nodiscard]] double cell_length(int axis, int k) const {
         const std::vector<double>& planes = axes_[axis];
         const double length = options_.high[axis] - options_.low[axis];
@@ -91,13 +91,13 @@ class BoxPlaces {
     BoxOptions<D> options_;
     Noise noise_;
     Lattice<D> lattice_;
-    std::array<std::vector<double>, D> axes_;  ///< planes on each axis of the unit box
+    std::array<std::vector<double>, D> axes_;  ///< positions of the planes on each axis of the unit box
 };
 
 template <int D>
 [[nodiscard]] Outcome<Done> check_shell(const ShellOptions<D>& options);
 
-/// Layer radii from the core (not included) to the wall.
+/// Radii of the layers' sides from the core (not included) to the wall. `from_wall`: distances from the wall.
 [[nodiscard]] inline std::vector<double> layer_radii(std::vector<double> from_wall, double wall) {
     if (from_wall.empty()) return from_wall;
     from_wall.pop_back();
@@ -118,7 +118,7 @@ template <int D>
     return layer_radii(std::move(radii), o.outer_radius);
 }
 
-/// Radii of the levels, in a geometric series.
+/// Radii of all levels of prisms, in a geometric series.
 [[nodiscard]] inline std::vector<double> row_radii(const ShellSizes& sizes, std::size_t rows) {
     const double step = pow(sizes.outer_radius / sizes.inner_radius, 1.0 / static_cast<double>(rows));
     std::vector<double> radii{sizes.inner_radius};
@@ -127,7 +127,8 @@ template <int D>
     return radii;
 }
 
-/// Vertices of prism rows: sphere by sphere outwards, each in the order of `directions`.
+/// Vertices of prism rows. They are sorted by sphere from the inside outwards, and on each sphere in the order of
+/// `directions`.
 template <int D>
 struct PrismPlaces {
     ShellSizes sizes{};
@@ -149,7 +150,7 @@ struct PrismPlaces {
         const Vec<D> away = regular(v) + shift * noise.template vector<D>(v);
         return side(v) == ShellSide::between ? away : radius * normalised(away);
     }
-    /// Projects a moved boundary vertex onto its sphere.
+    /// Projects a boundary vertex onto its sphere after its move.
     [[nodiscard]] Vec<D> settled(std::size_t v, const Vec<D>& p) const {
         switch (side(v)) {
             case ShellSide::inner: return sizes.inner_radius * normalised(p);
@@ -159,11 +160,11 @@ struct PrismPlaces {
     }
 };
 
-/// A row of prisms between two levels (copies of the base vertices).
+/// A row of prisms between two levels. A level is a copy of the base vertices.
 struct PrismRow {
-    std::size_t bottom = 0, top = 0;  ///< level numbers
-    Noise noise;                      ///< random numbers for the cuts
-    std::size_t drawn_for = 0;        ///< base vertex v has random number `drawn_for` + v
+    std::size_t bottom = 0, top = 0;  ///< numbers of the two levels
+    Noise noise;                      ///< generator of the ranks by which prisms are cut
+    std::size_t drawn_for = 0;        ///< the rank of base vertex v is random number `drawn_for` + v
     Reference material = 1;
 };
 
@@ -177,7 +178,8 @@ struct PrismBase {
     std::size_t count = 0;
 };
 
-/// Elements of a row; vertex numbers are those of the whole mesh minus `less`. Errors: stopped, memory.
+/// Computes the elements of a row. The vertex numbers are those of the whole mesh minus `less`. Errors: stopped,
+/// memory.
 template <int D>
 [[nodiscard]] Outcome<Done> cut_row(const PrismBase<D>& base, const PrismRow& row, std::size_t less,
                                     std::span<SimplexVertices<D>> elements, const Execution& execution) {
@@ -195,15 +197,15 @@ struct MovedLevels {
     Buffer<Vec<D>> points;
 };
 
-/// rows[k] lies between levels k and k + 1.
+/// Levels of prisms; rows[k] is between levels k and k + 1.
 template <int D>
 struct PrismLevels {
     const PrismBase<D>& base;
     std::span<const PrismRow> rows;
 };
 
-/// Vertex positions of the levels `requested` after `move_points`, which needs some levels around them. made(levels):
-/// positions before the move; moved(v, point): target of a vertex.
+/// Positions of the vertices of the levels `requested` after `move_points`, which also needs some levels around them.
+/// make_rows(levels): positions before the move; moved(v, point): target of vertex v.
 template <int D, class MakeRows, class MovedTo>
 [[nodiscard]] Outcome<MovedLevels<D>> moved_levels(const PrismLevels<D>& all, Levels requested, double least,
                                                    const MakeRows& make_rows, const MovedTo& moved,
@@ -241,8 +243,9 @@ template <int D, class MakeRows, class MovedTo>
     return levels;
 }
 
-/// Vertex v of level l has number l count + v. Rows are in the order of their elements. Row k owns level k if k <
-/// `between`, else level k + 1; row `between` − 1 owns both.
+/// Rows of prisms over one base. Vertex v of level l has the number l count + v, and elements are in the order of rows.
+/// Each row owns some levels of vertices: row k owns level k if k < `between`, else level k + 1, and row `between` − 1
+/// owns both.
 template <int D>
 class PrismRows : public ShapeRows<D> {
   public:
@@ -258,11 +261,11 @@ class PrismRows : public ShapeRows<D> {
     [[nodiscard]] std::span<const PrismRow> all_rows() const { return rows_; }
 
   private:
-    /// Points of ascending levels, level by level.
+    /// Points of the given levels, sorted by level. Precondition: `levels` are ascending.
     [[nodiscard]] virtual Outcome<Buffer<Vec<D>>> points(std::span<const std::size_t> levels,
                                                          const Execution& execution) const = 0;
-    /// Reference of an element face; none unless the row owns it as a facet. Precondition: all vertices of the face may
-    /// have facets.
+    /// Reference of an element face if the face is a facet that this row owns, else none. Precondition: all vertices of
+    /// the face may have facets.
     [[nodiscard]] virtual std::optional<Reference> facet_reference(const PrismRow& row,
                                                                    const SimplexVertices<D - 1>& face) const = 0;
     [[nodiscard]] virtual bool may_have_facets(VertexId v) const = 0;

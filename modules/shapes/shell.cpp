@@ -36,7 +36,6 @@ Outcome<Done> check_shell(const ShellOptions<D>& o) {
 
 namespace {
 
-/// Renumbers the facets' vertices from 0; returns the old vertices, sorted.
 template <int D>
 std::vector<VertexId> own_numbers(Buffer<SimplexVertices<D - 1>>& facets) {
     std::vector<VertexId> used;
@@ -51,8 +50,8 @@ std::vector<VertexId> own_numbers(Buffer<SimplexVertices<D - 1>>& facets) {
     return used;
 }
 
-/// Adds rows of prisms from the core's `facets` to spheres with these radii, ordered from the core to the wall. The
-/// last vertices get `side`.
+/// Adds rows of prisms between the core's `facets` and spheres with these radii, in order from the core to the wall.
+/// Vertices of the last sphere get `side`.
 template <int D>
 Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> facets, std::span<const double> radii,
                          ShellSide side, const Noise& noise, const Execution& execution) {
@@ -84,7 +83,6 @@ Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> face
     return Done{};
 }
 
-/// Returns the materials of all elements.
 template <int D>
 Outcome<Buffer<Reference>> add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise,
                                       const Execution& execution) {
@@ -153,7 +151,6 @@ std::size_t points_on_sphere(double radius, double size) {
     return std::max<std::size_t>(D == 2 ? 6 : 12, static_cast<std::size_t>(std::lround(cover)));
 }
 
-/// Radii in steps of the local simplex height.
 template <int D>
 std::vector<double> level_radii(const ShellSizes& sizes) {
     const double height = D == 2 ? std::numbers::sqrt3 / 2 : std::numbers::sqrt2 / std::numbers::sqrt3;
@@ -185,7 +182,7 @@ void add_points(ShellCore<D>& core, double radius, std::size_t count, ShellSide 
     }
 }
 
-/// Projects boundary vertices; limits others to half an edge from both spheres.
+/// Projects boundary vertices onto their sphere. Keeps other vertices at least half an edge away from both spheres.
 template <int D>
 Vec<D> projected(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
     if (side == ShellSide::inner) return sizes.inner_radius * normalised(p);
@@ -197,7 +194,6 @@ Vec<D> projected(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
     return std::clamp(r, std::min(low, high), std::max(low, high)) / r * p;
 }
 
-/// Delaunay mesh without the elements at an additional vertex in the centre.
 template <int D>
 Outcome<Buffer<SimplexVertices<D>>> triangulate_with_hole(const ShellCore<D>& core, const Noise& noise) {
     Buffer<Vec<D>> points = core.points;
@@ -209,7 +205,8 @@ Outcome<Buffer<SimplexVertices<D>>> triangulate_with_hole(const ShellCore<D>& co
     return elements;
 }
 
-/// One step of repulsive springs of 1.15 times the target length.
+/// Moves vertices by one step of springs on all edges. A spring repels if its edge is shorter than 1.15 times the
+/// target length.
 template <int D>
 Outcome<Done> spread(ShellCore<D>& core, const ShellSizes& sizes, const Execution& execution) {
     std::vector<std::array<VertexId, 2>> edges;
@@ -237,7 +234,7 @@ double quality_of(const Buffer<Vec<D>>& p, const SimplexVertices<D>& s) {
         return quality(p[s[0].index()], p[s[1].index()], p[s[2].index()], p[s[3].index()]);
 }
 
-/// Moves vertices of elements below quality `enough` at random. Returns the previous minimum quality.
+/// Moves the vertices of elements below quality `enough` at random. Returns the minimum quality before the moves.
 template <int D>
 Outcome<double> jitter_bad_elements(ShellCore<D>& core, const ShellSizes& sizes, double enough, const Noise& noise,
                                     const Execution& execution) {
@@ -266,8 +263,8 @@ Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
     return Done{};
 }
 
-/// Spreads points, then moves vertices of flat elements until none is flat or the iteration limit is reached. The best
-/// mesh is the result.
+/// Spreads points, then moves vertices of flat elements until none is flat or the iteration limit is reached. The
+/// result is the mesh with the best minimum quality.
 template <int D>
 Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
     constexpr int spreads = 8, max_jitter_rounds = 30;
@@ -295,7 +292,6 @@ Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& 
     return Done{};
 }
 
-/// Inner and outer facets, oriented away from the centre.
 template <int D>
 Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
     LinearMesh<D> mesh;
@@ -314,7 +310,7 @@ Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
         for (const VertexId v : facet)
             if (side == ShellSide::between || core.sides[v.index()] != side)
                 return fail(ErrorKind::usage, "the sizes are too coarse for the gap between the spheres");
-        // A facet is positively oriented with the outward direction; in 2D this is the clockwise order.
+        // A facet and the outward direction are positively oriented; in 2D this is the clockwise order.
         if ((side == ShellSide::inner) == (D == 3)) std::swap(facet[0], facet[1]);
         (side == ShellSide::inner ? core.inner : core.outer).push_back(facet);
     }
@@ -355,7 +351,8 @@ template <int D>
 PrismCounts prism_counts(const ShellSizes& sizes) {
     const double cuts = D == 2 ? 2 * std::numbers::pi * sizes.inner_radius / (5 * sizes.inner_size)
                                : 1.2046 * sizes.inner_radius / sizes.inner_size;
-    // Triangles of all levels have the same number of cuts, so their size determines the height of a level.
+    // All levels have the same number of triangles, so the size of triangles grows with the radius, and with it the
+    // height of a level.
     const double ratio = 1 + 0.8 * sizes.inner_size / sizes.inner_radius;
     const double rows = log(sizes.outer_radius / sizes.inner_radius) / log(ratio);
     return {std::max(1.0, std::round(cuts)), std::max(1.0, std::round(rows))};

@@ -1,4 +1,4 @@
-// Computes rows of prisms, and shells by rows.
+// Computes rows of prisms, and rows of shells.
 module;
 #include <algorithm>
 #include <array>
@@ -21,8 +21,8 @@ double volume(const std::array<Vec<3>, 4>& p) { return det(p[1] - p[0], p[2] - p
 
 template <int D>
 struct PointsOfLevels {
-    std::vector<std::size_t> levels;  ///< ascending
-    std::size_t count = 0;            ///< vertices in each level
+    std::vector<std::size_t> levels;
+    std::size_t count = 0;
     Buffer<Vec<D>> points;
 
     [[nodiscard]] std::span<const Vec<D>> of(std::size_t level) const {
@@ -31,7 +31,8 @@ struct PointsOfLevels {
     }
 };
 
-/// `first`: number of the row's first element. Errors: usage (an element without positive volume); stopped.
+/// Checks the elements of a row. `first`: number of the row's first element. Errors: usage (an element without positive
+/// volume); stopped.
 template <int D>
 Outcome<Done> check_volumes(const PointsOfLevels<D>& points, const PrismRow& row,
                             std::span<const SimplexVertices<D>> elements, std::size_t first,
@@ -131,14 +132,14 @@ Outcome<ShapeRun<D>> PrismRows<D>::run(std::size_t first, std::size_t last, cons
 
 namespace {
 
-/// A level with facets: shell boundary or material interface.
+/// A level that has facets: a boundary of the shell or a material interface.
 struct Wall {
     std::size_t level = 0;
-    std::size_t row = 0;  ///< row that owns the facets
+    std::size_t row = 0;
     Reference reference = 0;
 };
 
-/// Order of levels: core, inner layers from core to wall, outer layers from core to wall.
+/// Rows of a shell. Levels are ordered: the core, inner layers from core to wall, outer layers from core to wall.
 struct ShellRowsPlan {
     std::vector<PrismRow> rows;
     std::vector<Wall> walls;
@@ -180,8 +181,8 @@ class ShellPlanner {
         }
         add_walls(layer, core_, core_ - 1, first, last, options_.outer_reference);
     }
-    /// Adds the layer's end, and the interface between core and layer if their materials differ. `of_core`, `of_layer`:
-    /// rows at the interface.
+    /// Adds the outer side of the layers, and the interface between core and layers if their materials differ.
+    /// `of_core`, `of_layer`: rows on both sides of the interface.
     void add_walls(const BoundaryLayer& layer, std::size_t level, std::size_t of_core, std::size_t of_layer,
                    std::size_t wall, Reference reference) {
         constexpr Reference core = 1;
@@ -214,7 +215,6 @@ class ShellRows final : public PrismRows<D> {
     [[nodiscard]] std::size_t count() const { return this->base().count; }
     [[nodiscard]] std::size_t core_levels() const { return places_.radii.size(); }
 
-    /// Core points relative to the centre.
     [[nodiscard]] Outcome<Buffer<Vec<D>>> core_points(Levels levels, const Execution& execution) const {
         const auto regular = [&](Levels around) -> Outcome<MovedLevels<D>> {
             const std::size_t first = around.first * count();
@@ -234,7 +234,6 @@ class ShellRows final : public PrismRows<D> {
         if (!done) return fail(done.error());
         return std::move(points);
     }
-    /// Scales core boundary points to the level's radius.
     [[nodiscard]] Outcome<Done> place_layer(std::size_t level, std::span<const Vec<D>> wall, std::span<Vec<D>> to,
                                             const Execution& execution) const {
         const std::size_t k = level - core_levels();
@@ -300,7 +299,7 @@ class ShellRows final : public PrismRows<D> {
     Vec<D> centre_;
     PrismPlaces<D> places_;
     std::vector<Wall> walls_;
-    std::vector<double> inner_, outer_;  ///< radii of layer levels
+    std::vector<double> inner_, outer_;
 };
 
 }  // namespace

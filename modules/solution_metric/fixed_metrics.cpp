@@ -124,7 +124,7 @@ Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh, std::span<
 
 namespace {
 
-/// Curvatures of one smooth side at a vertex.
+/// Normal, principal directions and absolute principal curvatures of a side at a vertex.
 template <int D>
 struct Curved {
     Vec<D> normal;
@@ -142,7 +142,7 @@ Curved<3> principal(const Vec<3>& n, const std::array<Vec<3>, 2>& tangents, cons
     return out;
 }
 
-/// Mean unit normal of a side's straight facets; zero if they cancel.
+/// Returns the area-weighted mean normal of a side's straight facets, as a unit vector; zero if the normals cancel.
 template <int D>
 Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     Vec<D> sum;
@@ -150,7 +150,7 @@ Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     return normalised(sum);
 }
 
-/// Matrix of a least-squares fit; its dynamic size lets Eigen's decomposition be compiled only once.
+/// Matrices of fits have a dynamic size, so that Eigen's decomposition is compiled only once.
 constexpr int most_unknowns = 5;
 using Equations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, most_unknowns>;
 using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_unknowns, 1>;
@@ -164,7 +164,7 @@ bool solve(const Equations& a, const Eigen::VectorXd& b, Unknowns& x) {
     return true;
 }
 
-/// Least-squares quadratic through a vertex and two rings of vertices of its patch.
+/// Least-squares fit of a quadratic function through a vertex to two rings of vertices around it, within one patch.
 template <int D>
 class Fit {
     static constexpr int slopes = D - 1, unknowns = slopes + sym_size<D - 1>;
@@ -200,7 +200,7 @@ class Fit {
     }
     [[nodiscard]] std::array<double, sym_size<D - 1>> fitted(const Vec<D>& origin, const Vec<D>& n,
                                                              const std::array<Vec<D>, D - 1>& tangents) const {
-        // Lengths are in units of the rings' radius.
+        // Lengths are divided by the radius of the rings.
         double radius = 0;
         for (const VertexId w : ring_) radius = std::max(radius, distance(mesh_.points[w], origin));
         std::array<double, sym_size<D - 1>> shape{};
@@ -222,7 +222,8 @@ class Fit {
         }
         Unknowns x;
         if (!solve(a, b, x)) return shape;
-        // The curvature of h = a·x + ½ xᵀSx is S/(1 + |a|²)^{3/2}, which is S to first order in the small slope a.
+        // In tangential coordinates x, the fitted function is h = a·x + ½ xᵀSx. Its curvature S/(1 + |a|²)^{3/2} is S
+        // to first order in the small slope a.
         for (std::size_t k = 0; k < shape.size(); ++k) shape[k] = x(slopes + static_cast<Eigen::Index>(k)) / radius;
         return shape;
     }
@@ -253,7 +254,8 @@ FacetJet<D> jet_at(const QuadraticMesh<D>& mesh, FacetId f, VertexId v) {
     return jet;
 }
 
-/// Area-weighted mean of the facets' second fundamental forms at a vertex, in the tangents of their mean normal.
+/// Averages the second fundamental forms of the facets at a vertex, weighted by area, in the plane normal to the
+/// facets' mean normal.
 template <int D>
 Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) {
     Vec<D> sum;
@@ -266,7 +268,8 @@ Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) 
         const FacetJet<D> jet = jet_at(mesh, f, v);
         const double area = norm(area_normal(jet.first));
         if (!(area > 0)) continue;
-        // S = G⁻ᵀ (n·F_ab) G⁻¹; the columns of G are the facet's first derivatives in terms of the tangents.
+        // Second fundamental form S = G⁻ᵀ (n·F_ab) G⁻¹. F_ab are the second derivatives of the facet. The columns of G
+        // are its first derivatives in the basis `tangents`.
         Eigen::Matrix<double, D - 1, D - 1> g, form;
         for (int a = 0; a < D - 1; ++a)
             for (int b = 0; b < D - 1; ++b) {
@@ -285,7 +288,7 @@ Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) 
     return principal(n, tangents, shape);
 }
 
-/// Longest admissible chord; infinite if the curvature is 0.
+/// Returns the longest admissible chord at this curvature; infinite if the curvature is 0.
 double chord_of(double curvature, const ChordOptions& options) {
     constexpr double none = std::numeric_limits<double>::infinity();
     const double by_error = options.chord_error > 0 ? std::sqrt(8 * options.chord_error / curvature) : none;
@@ -308,8 +311,8 @@ LogMetric<D> metric_of(const Curved<D>& curved, const ChordOptions& options, dou
     return log_metric_of_sizes(sizes, axes);
 }
 
-/// `make_curved()` is called once per chunk of vertices and returns a function that computes the curvatures of a vertex
-/// and side.
+/// `make_curved()` is called once per chunk of vertices. It returns a function that computes the curvatures of a side
+/// at a vertex.
 template <int D>
 Outcome<MetricsAtVertices<D>> metrics_of_sides(const Incidence<FacetId>& balls, const Column<std::uint32_t>& patches,
                                                const ChordOptions& options, double largest, const Execution& execution,

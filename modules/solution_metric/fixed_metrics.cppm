@@ -13,7 +13,7 @@ import camber.metric;
 
 export namespace camber {
 
-/// Metrics at some vertices. Several at the same vertex are intersected.
+/// Metrics at some vertices of a mesh. If a vertex has several metrics, they are intersected.
 template <int D>
 struct MetricsAtVertices {
     Column<VertexId> vertices;
@@ -48,8 +48,8 @@ struct ReferenceSize {
     friend bool operator==(const ReferenceSize&, const ReferenceSize&) = default;
 };
 
-/// Isotropic metrics of the specified sizes, the smallest at each vertex. Errors (usage): a size that is not a positive
-/// length; a reference without simplices.
+/// Returns isotropic metrics with the sizes requested for references; the smallest size at a vertex applies. Errors
+/// (usage): a size that is not a positive length; a reference without simplices.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh,
                                                                std::span<const ReferenceSize> sizes);
@@ -59,7 +59,7 @@ inline constexpr std::uint32_t no_patch = 0xffffffffU;
 
 struct ChordOptions {
     double chord_error = 0;    ///< δ: largest distance of a chord's middle from the surface; 0: unlimited
-    double angle = 0;          ///< α: largest turn of the surface along a chord, degrees; 0: unlimited
+    double angle = 0;          ///< α: largest angle between the surface normals along a chord, degrees; 0: unlimited
     double normal_ratio = 10;  ///< size along the normal, divided by the smallest tangential size
 
     [[nodiscard]] static constexpr auto options() {
@@ -80,14 +80,15 @@ struct ChordOptions {
     friend bool operator==(const ChordOptions&, const ChordOptions&) = default;
 };
 
-/// Metrics that resolve the curvature of facets, at their vertices. For principal curvatures κ_i the sizes are
+/// Returns metrics that resolve the curvature of facets, at their vertices. For principal curvatures κ_i, the
+/// tangential sizes are
 ///
-///     h_i = min(sqrt(8 δ/|κ_i|), α/|κ_i|),
+///     h_i = min(sqrt(8 δ/|κ_i|), α/|κ_i|).
 ///
-/// along the normal `normal_ratio` times the smallest h_i, and none exceeds `largest`. `patches` numbers each facet's
-/// smooth patch (`Features::patches` of camber.surface; `no_patch` is ignored). The metrics of all patches at a vertex
-/// are intersected. Curvatures: docs/algorithms/metric-from-solution.md. Errors (usage): options out of range; not one
-/// patch per facet; stopped.
+/// The normal size is `normal_ratio` times the smallest h_i. No size exceeds `largest`. `patches` is the number of each
+/// facet's smooth patch (`Features::patches` of camber.surface); facets of `no_patch` are ignored. The metrics of all
+/// patches at a vertex are intersected. Curvatures: docs/algorithms/metric-from-solution.md. Errors (usage): options
+/// out of range; not one patch per facet; stopped.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> chord_metrics(const LinearMesh<D>& mesh,
                                                           const Column<std::uint32_t>& patches,
@@ -109,22 +110,23 @@ struct GapOptions {
     friend bool operator==(const GapOptions&, const GapOptions&) = default;
 };
 
-/// Metrics for thin parts of the domain, at the vertices of facets. A ray enters the domain along the mean normal of
-/// one patch's facets (`patches` as in `chord_metrics`), on both sides if both have elements. Facets of `no_patch` send
-/// no ray but can be hit. The first facet hit, at distance t, bounds a gap if its normal is within 45 degrees of the
-/// ray; otherwise both walls form a corner. The size is t/`elements` along the normal and `largest` along the wall,
-/// intersected over the rays. Vertices with t/`elements` ≥ `largest` have no metric.
+/// Returns metrics for thin parts of the domain, at vertices of facets. From each vertex, rays enter the domain along
+/// the mean normal of the facets of each patch (`patches` as in `chord_metrics`), on both sides if both have elements.
+/// Facets of `no_patch` send no ray but can be hit. The first facet hit, at distance t, bounds a gap if its normal is
+/// within 45 degrees of the ray; otherwise the facets form a corner, and the ray yields no metric. In a gap, the size
+/// is t/`elements` along the ray and `largest` in other directions. The metrics of all rays from a vertex are
+/// intersected. Vertices with t/`elements` ≥ `largest` have no metric.
 ///
 /// Facets at the vertex, or within 1 degree of the ray, are never hit. Towards sharp edges sizes fall to 0 (see
-/// `min_size`). Facets count as straight and should bound the whole domain: a ray that leaves elsewhere hits nothing.
-/// Errors (usage): options out of range; `largest` is not a length; not one patch per facet; memory; stopped.
+/// `min_size`). Facets count as straight and should bound the whole domain: a ray that leaves it elsewhere hits
+/// nothing. Errors (usage): options out of range; `largest` is not a length; not one patch per facet; memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> gap_metrics(const LinearMesh<D>& mesh, const Column<std::uint32_t>& patches,
                                                         const GapOptions& options, double largest,
                                                         const Execution& execution);
 
-/// Intersects all metrics and the isotropic size `largest`. Errors (usage): columns of another mesh; vertices or sizes
-/// out of range; stopped.
+/// Intersects all metrics at each vertex with the isotropic metric of size `largest`. Errors (usage): columns of
+/// another mesh; vertices or sizes out of range; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh,
                                                          std::span<const MetricsAtVertices<D>> at_some,
@@ -138,13 +140,14 @@ namespace camber {
 /// Facets of one patch around a vertex.
 using Side = std::span<const FacetId>;
 
-/// Normal of a facet times its length (2D) or twice its area (3D), from its edges at a corner.
+/// Returns the normal of a facet times its length (2D) or twice its area (3D); `columns` are its edge vectors at a
+/// corner.
 [[nodiscard]] inline Vec<2> area_normal(const std::array<Vec<2>, 1>& columns) {
     return {{columns[0][1], -columns[0][0]}};
 }
 [[nodiscard]] inline Vec<3> area_normal(const std::array<Vec<3>, 2>& columns) { return cross(columns[0], columns[1]); }
 
-/// Unit vectors that form an orthonormal basis with n.
+/// Returns unit vectors that form an orthonormal basis together with n.
 [[nodiscard]] inline std::array<Vec<2>, 1> tangents_of(const Vec<2>& n) { return {Vec<2>{{-n[1], n[0]}}}; }
 [[nodiscard]] inline std::array<Vec<3>, 2> tangents_of(const Vec<3>& n) {
     int least = 0;
@@ -169,7 +172,7 @@ template <int D>
     return dot(n, side) < 0 ? -n : n;
 }
 
-/// Calls `visit(side)` for each side in `ball`, by ascending patch; `facets` is a buffer.
+/// Calls `visit(side)` for the facets of each patch in `ball`, by ascending patch number. `facets` is a work array.
 template <class Visit>
 void each_side(std::span<const FacetId> ball, const Column<std::uint32_t>& patches, std::vector<FacetId>& facets,
                Visit&& visit) {

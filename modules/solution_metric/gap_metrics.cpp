@@ -18,15 +18,15 @@ namespace camber {
 
 namespace {
 
-/// Facets are extended by this fraction, since rays along a boundary edge could pass between them. Rounding is far
-/// smaller.
+/// Facets are extended by this fraction, so that a ray cannot pass between two facets at their common edge. Rounding
+/// errors are far smaller.
 constexpr double margin = 1e-4;
 
 template <int D>
 struct Walls {
     Buffer<Vec<D>> normals;                                     ///< unit normals; 0 for facets without area
-    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< of the elements on both sides: against the normal,
-                                                                ///< along the normal
+    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< references of the elements behind the facet (normal
+                                                                ///< side: [1])
     BoxTree<D> tree;
 };
 
@@ -76,8 +76,8 @@ Outcome<Walls<D>> make_walls(const LinearMesh<D>& mesh, const Incidence<FacetId>
     return walls;
 }
 
-/// Barycentric coordinates of the point where a line crosses a segment (2D) or triangle; `across` are the corners'
-/// coordinates normal to the line.
+/// Barycentric coordinates of the point where a line crosses a segment (2D) or triangle. `across`: coordinates of its
+/// corners relative to the line, in the plane normal to the line.
 std::array<double, 2> shares(const std::array<Vec<1>, 2>& across) {
     const double all = across[1][0] - across[0][0];
     return {across[1][0] / all, -across[0][0] / all};
@@ -100,8 +100,7 @@ class Gaps {
   public:
     Gaps(const LinearMesh<D>& mesh, const Walls<D>& walls) : mesh_(mesh), walls_(walls) {}
 
-    /// Finds the rays of one patch's facets at a vertex: one per adjacent material, two if it is the same on both
-    /// sides.
+    /// Finds the rays from a side: one into each adjacent material, or two if both sides have the same material.
     void find_rays(Side side, std::vector<Ray<D>>& rays) const {
         rays.clear();
         for (const FacetId f : side) {
@@ -122,7 +121,7 @@ class Gaps {
         for (Ray<D>& ray : rays) ray.normal = normalised(ray.normal);
     }
 
-    /// Distance to the facet across a gap, if less than `within`.
+    /// Returns the distance to the facet on the other side of a gap, if less than `within`.
     [[nodiscard]] std::optional<double> thickness(VertexId from, const Ray<D>& ray, Side side, double within) const {
         constexpr double facing = 0.7;  // cos 45°
         if (!(norm_squared(ray.normal) > 0)) return std::nullopt;
@@ -142,13 +141,13 @@ class Gaps {
   private:
     static constexpr double never = std::numeric_limits<double>::infinity();
 
-    /// True if the near side of the facet has the ray's material. A ray outside the domain meets facets with another
-    /// material, or none, on that side.
+    /// True if the elements on the near side of the facet have the ray's material. They do not if the ray has left the
+    /// domain.
     [[nodiscard]] bool is_visible_from_inside(std::size_t f, const Ray<D>& ray) const {
         return walls_.materials[f][dot(walls_.normals[f], ray.normal) > 0 ? 0 : 1] == ray.material;
     }
-    /// Points closer than this coincide, so that at a crack a ray does not hit the other side where it begins, and hits
-    /// the near side first where it ends.
+    /// Points closer than this count as coincident. The two sides of a crack coincide; a ray from one side must not hit
+    /// the other at its start, and must hit the near side first at its end.
     [[nodiscard]] double place_size(Side side) const {
         double longest = 0;
         for (const FacetId f : side) {
@@ -157,7 +156,7 @@ class Gaps {
         }
         return 1e-6 * longest;
     }
-    /// Distance along the ray to a facet; infinity if the ray misses it.
+    /// Returns the distance along the ray to a facet; infinity if the ray misses the facet.
     [[nodiscard]] double passes(FacetId f, VertexId from, const Vec<D>& direction,
                                 const std::array<Vec<D>, D - 1>& tangents) const {
         constexpr double along = 0.0175;  // 1°

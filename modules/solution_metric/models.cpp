@@ -17,9 +17,9 @@ namespace camber {
 
 namespace {
 
-constexpr double tiny = 1e-290;  // smallest |T|, so that logs are finite
+constexpr double tiny = 1e-290;  // lower bound of |T(y)|, so that logs are finite
 
-/// Lower bounds of yᵀQy in coordinates y, v = G y: |T(y)|^{2/3} and floor |v|².
+/// Lower bounds of vᵀQv in coordinates y with v = G y (G: `to_space`): |T[v, v, v]|^{2/3} and floor |v|².
 template <int D>
 struct Bounded {
     CubicForm<D> specified;
@@ -70,8 +70,9 @@ std::array<Vec<D>, D - 1> across(const Vec<D>& y) {
     }
 }
 
-/// Newton step on the unit sphere to a maximum of |T(y)|: gradient 3 T[y,y,·], Hessian 6 T[y,·,·] − 3 T(y) in the
-/// tangent plane at y. It follows the gradient if the Hessian has the wrong sign.
+/// Takes a Newton step on the unit sphere from y towards a maximum of |T(y)|. In the tangent plane at y, the gradient
+/// of T is 3 T[y,y,·] and its Hessian 6 T[y,·,·] − 3 T(y). If the Hessian has the wrong sign, the step follows the
+/// gradient.
 template <int D>
 Vec<D> step_to_largest(const CubicForm<D>& t, const Vec<D>& y) {
     const Sym<D> along = contracted(t, y);
@@ -115,8 +116,9 @@ class Search {
         bounded_.set_frame(bounded_.to_space);
     }
 
-    /// Diagonal bound in the eigenvectors of T:T: minimises Σ l_i subject to (l_i + l_j + l_k)/2 ≥ log|T_ijk|. A cost
-    /// of 0.1 on the largest l selects one of several solutions: for n³ + 3 n t² sizes along n and t can be traded.
+    /// Computes `CubicBound::diagonal`: in the eigenvectors of T:T, Q is diagonal with entries e^{l_i}. A linear
+    /// program minimises Σ l_i subject to (l_i + l_j + l_k)/2 ≥ log|T_ijk|. A cost of 0.1 on the largest l_i selects
+    /// one of several solutions: for T = n³ + 3 n t², a smaller size along n allows a larger one along t.
     void bound_by_entries() {
         constexpr int rounds = 5;
         EntryProgram program = entry_program();
@@ -156,8 +158,8 @@ class Search {
         for (int i = 0; i < unknowns; ++i) program_.basis[i] = i;
         log_bounds(directions_, bounded_, program_.least);
         Mat<D> best = bounded_.to_space;
-        double least = log_det_of(cut());  // log det of the diagonal bound, which is used if the search does not
-                                           // improve it
+        double least = log_det_of(cut());  // log det of the diagonal bound, which remains the result unless the search
+                                           // finds a smaller determinant
         cuts_ = 0;
         for (int p = 0; p < cut_packs; ++p) program_.least[Directions<D>::packs + p] = packed(Program::no_row);
         for (int round = 0; round < most_rounds; ++round) {
@@ -198,7 +200,7 @@ class Search {
         grow_by(most);
     }
 
-    /// Q = G⁻ᵀ G⁻¹, from the singular values of G.
+    /// Returns the decomposition of log Q, with Q = G⁻ᵀ G⁻¹, from the singular values of G.
     [[nodiscard]] EigenSystem<D> logs() const {
         EigenSystem<D> out = left_singular(bounded_.to_space);
         for (double& x : out.values.c) x = -2 * log(x);
@@ -206,7 +208,7 @@ class Search {
     }
 
   private:
-    /// Linear program for l_1 … l_n and their maximum.
+    /// Linear program of `bound_by_entries`, for l_1 … l_n and their maximum.
     using EntryProgram = SmallLinearProgram<D + 1, (cubic_size<D> + D + 1 + pack_size - 1) / pack_size>;
     [[nodiscard]] static EntryProgram entry_program() {
         constexpr double share = 0.1, lowest = -1e4;
@@ -231,7 +233,7 @@ class Search {
         }
         return program;
     }
-    /// (T:T)_ij.
+    /// Returns the matrix T:T with the entries Σ_ab T_iab T_jab.
     [[nodiscard]] static Sym<D> contracted_twice(const CubicForm<D>& t) {
         Sym<D> twice;
         for (int a = 0; a < D; ++a) {
@@ -242,7 +244,7 @@ class Search {
         }
         return twice;
     }
-    /// Sets the floor of Q, scaled by e^most, from the maximum anisotropy.
+    /// Sets the floor from the largest eigenvalue of e^most Q and the maximum anisotropy.
     void set_floor(double most) {
         const Vec<D> roots = left_singular(bounded_.to_space).values;
         const double shortest = *std::min_element(roots.c.begin(), roots.c.end());
@@ -260,8 +262,8 @@ class Search {
         for (int i = 0; i < table; ++i) most = std::max(most, program_.least_of(i));
         return most;
     }
-    /// Calls `visit(y)` at maxima of |T|, found from directions with locally maximal bounds of at least `least`, and at
-    /// axes of the floor.
+    /// Calls `visit(y)` at maxima of |T(y)| and at the axes of the floor. Newton's method searches the maxima from
+    /// tabulated directions whose bounds are at least `least` and larger than those nearby.
     void each_near_largest(double least, int steps, const auto& visit) {
         constexpr double around = 0.955;  // cosine of 1.5 times the spacing of directions
         std::array<int, table> tried{};
@@ -279,12 +281,12 @@ class Search {
             for (int s = 0; s < steps; ++s) y = step_to_largest(bounded_.local, y);
             visit(y);
         }
-        // The maxima of the floor are its axes.
+        // The floor is a quadratic form, with maxima on its axes.
         const EigenSystem<D> floor = eigen_system(bounded_.local_floor);
         for (int i = 0; i < D; ++i)
             if (log(std::max(floor.values[i], tiny)) >= least) visit(floor.vectors.column[i]);
     }
-    /// Adds constraints at the maxima of |T|, replacing the oldest; returns the largest bound.
+    /// Adds constraints at the maxima of |T(y)|, which replace the oldest ones. Returns the largest bound.
     double cut() {
         double most = largest_of_table();
         for (int c = 0; c < std::min(cuts_, most_cuts); ++c) set_cut(c);
@@ -331,7 +333,7 @@ class Search {
     Bounded<D> bounded_;
     double max_anisotropy_;
     Program program_;
-    std::array<Vec<D>, most_cuts> cut_at_{};  ///< directions of the cuts in coordinates y
+    std::array<Vec<D>, most_cuts> cut_at_{};  ///< directions y of the added constraints
     int cuts_ = 0;
     double trace_ = 0;  ///< trace of the last L
 };
@@ -415,7 +417,7 @@ ElementMap<D> element_map(const QuadraticMesh<D>& mesh, std::size_t e) {
     return map;
 }
 
-/// Hessian Ĥ on the reference element.
+/// Returns the Hessian of the solution in reference coordinates.
 template <int D>
 Sym<D> in_reference(const ElementMap<D>& map, const Vec<D>& gradient, const Sym<D>& hessian) {
     Sym<D> out = congruence(transposed(map.jacobian), hessian);
@@ -424,7 +426,6 @@ Sym<D> in_reference(const ElementMap<D>& map, const Vec<D>& gradient, const Sym<
     return out;
 }
 
-/// Third derivatives T̂ on the reference element.
 template <int D>
 CubicForm<D> in_reference(const ElementMap<D>& map, const Sym<D>& hessian, const CubicForm<D>& third) {
     CubicForm<D> out = pulled_back(third, map.jacobian);
@@ -437,7 +438,7 @@ CubicForm<D> in_reference(const ElementMap<D>& map, const Sym<D>& hessian, const
     return out;
 }
 
-/// Q = J⁻ᵀ Q̂ J⁻¹, from the singular values of J Q̂^{−1/2}.
+/// Transforms the model Q̂ in reference coordinates to space: Q = J⁻ᵀ Q̂ J⁻¹, from the singular values of J Q̂^{−1/2}.
 template <int D>
 LocalModel<D> in_space(const LocalModel<D>& model, const Mat<D>& jacobian, const ModelOptions& options) {
     if (model.kind == ModelKind::zero || det(jacobian) == 0) return zero_model<D>();

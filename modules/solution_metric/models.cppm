@@ -16,7 +16,7 @@ import camber.metric;
 
 namespace camber {
 
-/// Coefficients of the entries of L in yᵀLy.
+/// Returns the coefficients of the entries of a symmetric matrix L in yᵀLy.
 template <int D>
 [[nodiscard]] constexpr std::array<double, sym_size<D>> quadratic_row(const Vec<D>& y) {
     std::array<double, sym_size<D>> row{};
@@ -25,7 +25,7 @@ template <int D>
     return row;
 }
 
-/// Coefficients of the entries of T in T[y, y, y].
+/// Returns the coefficients of the entries of a cubic form T in T[y, y, y].
 template <int D>
 [[nodiscard]] constexpr std::array<double, cubic_size<D>> cubic_row(const Vec<D>& y) {
     std::array<double, cubic_size<D>> row{};
@@ -35,8 +35,9 @@ template <int D>
     return row;
 }
 
-/// Evenly spread unit directions, one of each pair y and −y. The first n(n+1)/2 form the initial basis: their yyᵀ are
-/// independent and sum to a multiple of the identity (2D: at 60 degrees; 3D: axes of an icosahedron).
+/// Evenly spread unit directions, one of each pair y and −y. The first n(n+1)/2 form the initial basis (2D: at angles
+/// of 60 degrees; 3D: axes of an icosahedron). Their matrices yyᵀ are independent and sum to a multiple of the
+/// identity.
 template <int D>
 struct Directions {
     static constexpr int packs = D == 2 ? 6 : 16;
@@ -86,20 +87,20 @@ struct Directions {
     }
 };
 
-/// Linear program min cᵀx subject to a_i·x ≥ b_i, with P packs of rows and U ≤ 6 unknowns. The simplex method solves
-/// the dual, max Σ b_i μ_i with Σ μ_i a_i = c, μ ≥ 0. Only b changes between programs, so the last basis stays
+/// Linear program: min cᵀx subject to a_i·x ≥ b_i, with P packs of rows and U ≤ 6 unknowns. The simplex method solves
+/// the dual program max Σ b_i μ_i subject to Σ μ_i a_i = c and μ ≥ 0. If only b changes, the last basis remains
 /// feasible. Unused rows have b = no_row.
 template <int U, int P>
 class SmallLinearProgram {
   public:
-    using Basis = std::array<int, U>;  ///< rows whose μ may be positive
+    using Basis = std::array<int, U>;  ///< rows i whose μ_i may be positive
     using Unknowns = std::array<double, U>;
     static constexpr double no_row = -1e30;
 
     std::array<std::array<Pack, U>, P> rows{};
     std::array<Pack, P> least{};
     Unknowns cost{};
-    Basis basis{};  ///< feasible: Σ μ_i a_i = c with μ ≥ 0
+    Basis basis{};  ///< must be feasible: Σ μ_i a_i = c with μ ≥ 0
 
     void set_row(int i, const Unknowns& row) {
         for (int k = 0; k < U; ++k) rows[at(i).first][k][at(i).second] = row[k];
@@ -156,7 +157,7 @@ class SmallLinearProgram {
             if (most[lane] > most[best]) best = lane;
         return {static_cast<int>(where[best]) * pack_size + best, most[best]};
     }
-    /// Exchanges a row with the basis row whose μ vanishes first; returns false if none vanishes.
+    /// Exchanges the row `entering` with the basis row whose μ_i first falls to 0. Returns false if there is none.
     [[nodiscard]] bool enter(int entering) {
         const Unknowns a = row(entering);
         Unknowns along{}, weight{};
@@ -198,8 +199,8 @@ export namespace camber {
 
 enum class CubicBound : std::uint8_t {
     optimal,   ///< determinant within 1 % of the minimum
-    diagonal,  ///< from the entries in the eigenvectors of T:T; 4 times faster, determinant mostly 1 to 1.5 times the
-               ///< minimum
+    diagonal,  ///< from the entries of T in the eigenvectors of T:T; 4 times faster, determinant mostly 1 to 1.5 times
+               ///< the minimum
 };
 [[nodiscard]] constexpr auto words(CubicBound) {
     return words_of(Word{CubicBound::optimal, "optimal"}, Word{CubicBound::diagonal, "diagonal"});
@@ -207,9 +208,9 @@ enum class CubicBound : std::uint8_t {
 
 struct ModelOptions {
     CubicBound bound = CubicBound::optimal;
-    /// Anisotropy limit of a model. If derivatives vanish or are rounding errors along some axes, Q is raised there to
-    /// its largest eigenvalue over the square of this limit. Rounding of third derivatives gives an anisotropy of 2e5
-    /// with meaningless axes.
+    /// Maximum anisotropy of a model Q. Along some axes derivatives may vanish or be rounding errors. Smaller
+    /// eigenvalues of Q are therefore raised to the largest one divided by the square of this limit. Rounding of third
+    /// derivatives gives an anisotropy of 2e5 with meaningless axes.
     double max_anisotropy = 1e5;
 
     [[nodiscard]] static constexpr auto options() {
@@ -232,8 +233,9 @@ enum class ModelKind : std::uint8_t {
     zero,     ///< all derivatives are 0, so any size is sufficient
 };
 
-/// Local error model Q, with (|d^{k+1}u(v)|)^{2/(k+1)} ≤ vᵀQv in any unit of u. It is stored as log-eigenvalues λ_i and
-/// axes R: Q = R diag(e^{λ_i}) Rᵀ. Zero model: λ_i = −∞, R = I.
+/// Local error model Q for elements of degree k: |d^{k+1}u(v)|^{2/(k+1)} ≤ vᵀQv for all vectors v, with the derivatives
+/// d^{k+1}u of order k + 1 of the solution u, in any unit. It is stored as log-eigenvalues λ_i and axes R: Q = R
+/// diag(e^{λ_i}) Rᵀ. Zero model: λ_i = −∞, R = I.
 template <int D>
 struct LocalModel {
     EigenSystem<D> logs;
@@ -250,7 +252,7 @@ template <int D>
 template <int D>
 [[nodiscard]] inline LocalModel<D> floored(LocalModel<D> model, double max_anisotropy) {
     auto& values = model.logs.values.c;
-    constexpr double near = 0.1;  // not counted as floored: the model was bounded from below before
+    constexpr double near = 0.1;  // models that are slightly below the bound are not counted as floored
     const double least = *std::max_element(values.begin(), values.end()) - 2 * log(max_anisotropy);
     for (double& x : values)
         if (!(x >= least + near)) {
@@ -260,7 +262,7 @@ template <int D>
     return model;
 }
 
-/// Degree k = 1: Q = |H|, the Hessian with absolute eigenvalues.
+/// Returns the model of degree k = 1: Q = |H|, the Hessian with absolute eigenvalues.
 template <int D>
 [[nodiscard]] inline LocalModel<D> hessian_model(Sym<D> hessian, const ModelOptions& options) {
     double scale = 0;
@@ -272,10 +274,10 @@ template <int D>
     return floored(model, options.max_anisotropy);
 }
 
-/// Degree k = 2: the Q of minimum determinant with |T[v,v,v]|^{2/3} ≤ vᵀQv for all v. The log-simplex method (Coulaud
-/// and Loseille, "Very high order anisotropic metric-based mesh adaptation in 3D", Procedia Engineering 163, 2016)
-/// solves a sequence of linear programs; see docs/algorithms/metric-from-solution.md. In coordinates y = Q^{1/2} v of
-/// the current Q,
+/// Computes models of degree k = 2: the Q of minimum determinant with |T[v,v,v]|^{2/3} ≤ vᵀQv for all v and the third
+/// derivatives T. The log-simplex method (Coulaud and Loseille, "Very high order anisotropic metric-based mesh
+/// adaptation in 3D", Procedia Engineering 163, 2016) solves a sequence of linear programs for symmetric matrices L
+/// (docs/algorithms/metric-from-solution.md). In coordinates y = Q^{1/2} v of the current Q,
 ///
 ///     min tr L, yᵀLy ≥ ⅔ log|T(y)| for directions |y| = 1; Q ← Q^{1/2} e^L Q^{1/2}
 ///
@@ -300,8 +302,8 @@ struct LocalModels {
     std::size_t zero = 0, floored = 0;  ///< number of zero and of floored models
 };
 
-/// Models of degree 1 and 2 from rows of derivatives. Errors: a row that is not finite (input, entity "derivatives, row
-/// N"); options out of range (usage); memory; stopped.
+/// Computes models of degree 1 from Hessians, or of degree 2 from third derivatives. Errors: a row that is not finite
+/// (input, entity "derivatives, row N"); options out of range (usage); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> hessian_models(const Column<Sym<D>>& hessians, const ModelOptions& options,
                                                      const Execution& execution);
@@ -309,8 +311,8 @@ template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> cubic_models(const Column<CubicForm<D>>& thirds, const ModelOptions& options,
                                                    const Execution& execution);
 
-/// Means of the rows (vectors, Hessians, third derivatives) at each element's vertices: linear interpolation at the
-/// centroid. `row_of(e, i)` is the row of element e at local vertex i. Errors: memory; stopped.
+/// Returns the mean of the rows (vectors, Hessians, third derivatives) at the vertices of each element: their linear
+/// interpolation at the centroid. `row_of(e, i)` is the row of element e at local vertex i. Errors: memory; stopped.
 template <class Row, int D, class RowOf>
 [[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& rows, RowOf&& row_of,
                                                  const Execution& execution) {
@@ -334,10 +336,10 @@ template <class Row, int D>
     return element_means(mesh, at_vertices, row_of, execution);
 }
 
-/// Models of curved elements from their derivatives at centroids (`element_means`). They include the effect of element
-/// curvature on the error, with the Jacobian at the centroid (docs/algorithms/metric-from-solution.md). On straight
-/// elements they equal `hessian_models` and `cubic_models`. Elements with det J = 0 have the zero model. Errors: those
-/// of `cubic_models`, with elements as rows; not one row per element (usage).
+/// Computes models of curved elements from derivatives at centroids (`element_means`). They include the effect of the
+/// elements' curvature on the error, with the Jacobian J at the centroid (docs/algorithms/metric-from-solution.md). On
+/// straight elements they equal `hessian_models` and `cubic_models`. Elements with det J = 0 have the zero model.
+/// Errors: those of `cubic_models`, with elements as rows; not one row per element (usage).
 template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> curved_hessian_models(const QuadraticMesh<D>& mesh,
                                                             const Column<Vec<D>>& gradients,

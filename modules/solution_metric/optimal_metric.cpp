@@ -85,14 +85,15 @@ Outcome<double> log_of_sum(std::size_t n, const Execution& execution, const auto
     return sum->value();
 }
 
-/// First guess of −s, without the size bound: log C = log Σ exp(½ Σλ P/(P + n)) w − n s/2.
+/// First guess of −s for the scale s of `optimal_sizes`, without the bound `largest`. With weights w and the sum Σλ of
+/// a model's log-eigenvalues, log C = log Σ w exp(½ Σλ P/(P + n)) − n s/2.
 template <int D>
 Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, double log_target,
                             const Execution& execution, const auto& weight) {
     const double share = std::isinf(power) ? 0.5 : 0.5 * power / (power + D);
     const auto sum = log_of_sum<D>(models.size(), execution, [&](LogSum& s, std::size_t i) {
         // Eigenvalues are raised to e^−28 times the largest, so that the log is finite if derivatives vanish along an
-        // axis. There the size bound applies.
+        // axis. Along this axis the largest size applies.
         constexpr double deepest = 28;
         const auto& values = models[i].logs.values.c;
         const double top = *std::max_element(values.begin(), values.end());
@@ -104,7 +105,7 @@ Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, d
     return 2.0 / D * (log_target - *sum);
 }
 
-/// Scale s for the target complexity, with one metric per element.
+/// Returns the scale s with which one metric per element reaches the target complexity.
 template <int D>
 Outcome<double> scale_of_elements(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, double power,
                                   double log_target, double largest, const Execution& execution) {
@@ -143,7 +144,7 @@ class BallMean {
             all += w;
         }
         plain_ *= 1 / all;
-        // A mean of logs with different axes loses anisotropy. If the loss is small, no axes are turned.
+        // A mean of logs with different axes loses anisotropy. If the loss is small, the axes are not rotated.
         constexpr double lost = 0.01;
         if (anisotropy_spread<D>(eigen_system(plain_).values) >= (1 - lost) * unlike / all) return;
         Sym<D> carried;
@@ -159,7 +160,8 @@ class BallMean {
     Sym<D> plain_;
 };
 
-/// Intersects the mean models of the materials around a vertex: at interfaces the finer one applies.
+/// Returns the intersection of the mean models of each material around a vertex, so that at interfaces the finer one
+/// applies.
 template <int D>
 LocalModel<D> model_at_vertex(const LinearMesh<D>& mesh, std::span<const ElementId> ball,
                               const Column<LocalModel<D>>& raised) {

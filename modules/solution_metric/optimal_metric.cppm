@@ -21,9 +21,9 @@ struct ScaleFound {
     bool reached = false;
 };
 
-/// Solves evaluate(t) = target for an increasing function, by the secant method from `from`, within the bracket by
-/// bisection. `slope` is the function's slope if no size is at a bound. Errors: those of `evaluate`, an
-/// Outcome<double>.
+/// Solves evaluate(t) = target for an increasing function, which returns an Outcome<double>. The secant method starts
+/// from `from`; bisection replaces steps that leave the bracket. `slope` is the function's slope while no size is at a
+/// bound. Errors: those of `evaluate`.
 [[nodiscard]] Outcome<ScaleFound> search_scale(double from, double target, double slope, double tolerance,
                                                int most_evaluations, const auto& evaluate) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -59,14 +59,14 @@ struct ScaleFound {
 
 export namespace camber {
 
-/// Measured error: of values (L^p) or gradients (W^{1,p}).
+/// Quantity whose error is measured: values (norm L^p) or gradients (norm W^{1,p}).
 enum class ErrorQuantity : std::uint8_t { values, gradients };
 [[nodiscard]] constexpr auto words(ErrorQuantity) {
     return words_of(Word{ErrorQuantity::values, "values"}, Word{ErrorQuantity::gradients, "gradients"});
 }
 
 struct NormOptions {
-    int degree = 2;  ///< k: 1 for Hessian models, 2 for third derivatives
+    int degree = 2;  ///< degree k of the elements: 1 with Hessian models, 2 with third derivatives
     double p = 2;    ///< exponent of the norm; 0: maximum error, p = ∞
     ErrorQuantity error_of = ErrorQuantity::values;
 
@@ -80,21 +80,23 @@ struct NormOptions {
     friend bool operator==(const NormOptions&, const NormOptions&) = default;
 };
 
-/// P = p(k + 1), for gradients pk: the p-th power of the error scales with the P-th power of the size.
+/// Returns P = p(k + 1), or P = pk for gradients: the p-th power of the error scales with the P-th power of the size.
 [[nodiscard]] inline double power_of(const NormOptions& o) {
     if (o.p == 0) return std::numeric_limits<double>::infinity();
     return o.p * (o.error_of == ErrorQuantity::values ? o.degree + 1 : o.degree);
 }
 
-/// Optimal metric M = Q'/ε at a point (docs/algorithms/metric-from-solution.md), with sizes up to `largest`:
+/// Optimal metric M = Q'/ε at a point with the model Q (docs/algorithms/metric-from-solution.md), for sizes up to
+/// `largest`:
 ///
 ///     Q' = max(Q, ε/largest²) along the axes of Q, ε = e^s det(Q')^{1/(P+n)}.
 ///
-/// It minimises ‖·‖_p for its complexity (Loseille and Alauzet, "Continuous mesh framework I", SIAM J. Numer. Anal. 49,
-/// 2011). s is the same at all points; P = ∞: ε = e^s.
+/// n is the dimension and P the `power`; for P = ∞, ε = e^s. The scale s is the same at all points. M minimises the
+/// norm of the error for its complexity (Loseille and Alauzet, "Continuous mesh framework I", SIAM J. Numer. Anal. 49,
+/// 2011).
 template <int D>
 struct OptimalSizes {
-    Vec<D> metric_logs;  ///< log-eigenvalues of M
+    Vec<D> metric_logs;  ///< eigenvalues of log M
     double log_epsilon = 0;
 };
 template <int D>
@@ -105,7 +107,8 @@ template <int D>
     std::sort(order.begin(), order.end(), [&](int a, int b) { return model_logs[a] > model_logs[b]; });
     const double least = -2 * log(largest);
     OptimalSizes<D> out;
-    // The m largest eigenvalues are free, the others at the bound: Σ log q' = Σ_{i≤m} λ_i + (n − m)(log ε + least).
+    // The m largest eigenvalues q' of Q' are free, the others are at the bound: Σ log q' = Σ_{i≤m} λ_i + (n − m)(log ε
+    // + least).
     for (int m = D; m >= 0; --m) {
         double free = 0;
         for (int i = 0; i < m; ++i) free += model_logs[order[i]];
@@ -127,28 +130,28 @@ struct OptimalMetric {
 struct MetricTarget {
     NormOptions norm;
     double complexity = 0;
-    /// Largest size, in model units. The diameter matters only if derivatives vanish.
+    /// Largest size, in model units. The domain's diameter as a limit matters only if derivatives vanish.
     double largest = 0;
 };
 
-/// Optimal metric of vertex models, with complexity within 1e-6 of the target. Errors: all models are zero ("the field
-/// is constant"); a complexity not above that of the largest size; columns of another mesh; options out of range
-/// (usage); stopped.
+/// Computes the optimal metric for models at the vertices. Its complexity is within 1e-6 (relative) of the target.
+/// Errors: all models are zero ("the field is constant"); a complexity not above that of the largest size; columns of
+/// another mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models,
                                                        const MetricTarget& target, const Execution& execution);
 
-/// Vertex models: volume-weighted log-Euclidean ball means of element models, turned to the axes of the mean
-/// (`turn_between`), so that layers with turning axes keep their anisotropy. Since the log of a zero model is −∞,
-/// elements are first raised to the largest size in the target's optimal metric. Vertices without elements have the
-/// zero model. Errors: those of `optimal_metric`.
+/// Returns models at vertices: volume-weighted log-Euclidean means of the models of the elements around each vertex.
+/// The axes of the elements' models are rotated to those of the mean (`turn_between`), so that layers with rotating
+/// axes keep their anisotropy. Since the log of a zero model is −∞, element models are first raised to the largest size
+/// in the target's optimal metric. Vertices without elements have the zero model. Errors: those of `optimal_metric`.
 template <int D>
 [[nodiscard]] Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,
                                                                 const Column<LocalModel<D>>& of_elements,
                                                                 const MetricTarget& target, const Execution& execution);
 
-/// Diagonal of the bounding box.
+/// Returns the length of the diagonal of the bounding box.
 template <int D>
 [[nodiscard]] inline double diameter(const LinearMesh<D>& mesh) {
     Box<D> box;
@@ -166,14 +169,14 @@ enum class TargetQuantity : std::uint8_t {
                     Word{TargetQuantity::elements, "elements"});
 }
 
-/// Elements per complexity, measured on adapted meshes: 2.4 to 2.8 triangles, 12 to 15 tetrahedra
+/// Number of elements divided by the complexity, measured on adapted meshes: 2.4 to 2.8 triangles, 12 to 15 tetrahedra
 /// (bench/results/solution-metrics.md). Regular unit simplices would give 4/√3 and 6√2, but regular tetrahedra do not
 /// fill space.
 template <int D>
 [[nodiscard]] constexpr double elements_per_complexity() {
     return D == 2 ? 2.6 : 12.5;
 }
-/// Elements per vertex of a large mesh: 2 triangles (Euler), 5.7 tetrahedra (measured).
+/// Number of elements divided by vertices in a large mesh: 2 triangles (Euler), 5.7 tetrahedra (measured).
 template <int D>
 [[nodiscard]] constexpr double elements_per_vertex() {
     return D == 2 ? 2 : 5.7;
@@ -188,7 +191,7 @@ template <int D>
 struct SolutionField {
     Column<LocalModel<D>> models;
     NormOptions norm = {};
-    double share = 1;  ///< share of the complexity before the intersection; 0 to 1
+    double share = 1;  ///< share of this field in the complexity, before the intersection; 0 to 1
 };
 
 struct SolutionMetricOptions {
@@ -222,10 +225,10 @@ template <int D>
 struct SolutionMetric {
     Column<LogMetric<D>> log_metrics;   ///< one per vertex
     double requested = 0, reached = 0;  ///< target and reached complexity
-    double fixed_complexity = 0;        ///< complexity without any field: fixed metrics, largest size, gradation
-    /// True if the metric without any field reaches the target complexity and is the result.
+    double fixed_complexity = 0;  ///< complexity without any field, from fixed metrics, largest size and gradation
+    /// True if the metric without any field reaches the target complexity; it is then the result.
     bool is_fixed_sufficient = false;
-    bool is_reached = false;  ///< complexity within the tolerance
+    bool is_reached = false;  ///< true if the complexity is within the tolerance
     bool is_graded = true;    ///< false if a gradation stopped early
     int evaluations = 0;
     int gradations = 0;
@@ -239,9 +242,9 @@ struct SolutionMetric {
 ///  3. intersection with `fixed` (one metric per vertex, see `fixed_metric`; may be empty) and the bounds,
 ///  4. gradation.
 ///
-/// The secant method on logarithms changes the scales s of all fields by the same −t until step 4 gives N. It starts
-/// where step 3 gives N. Errors: those of `optimal_metric` and `apply_gradation`; models and metrics of another mesh;
-/// options out of range; no field (usage); stopped.
+/// The scales s of all fields are shifted by the same −t until step 4 gives N. The secant method on logarithms
+/// determines t, starting from the t with which step 3 gives N. Errors: those of `optimal_metric` and
+/// `apply_gradation`; models and metrics of another mesh; options out of range; no field (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<SolutionMetric<D>> make_solution_metric(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                               std::span<const SolutionField<D>> fields,

@@ -15,8 +15,8 @@ namespace {
 
 enum class EntityClass : std::uint8_t { element, facet, vertex, node, edge };
 
-/// Texts for a defect. %e: element, %E: elements, %f: facet, %F: facets, #: number of the other entity, %>: far end of
-/// a boundary edge (empty in 2D, where the edge is a vertex).
+/// Texts for a defect, with placeholders. %e: element, %E: elements, %f: facet, %F: facets, #: number of the other
+/// entity, %>: far end of a boundary edge (empty in 2D, where the edge is a vertex).
 struct Wording {
     const char* key;
     Severity severity;
@@ -98,7 +98,6 @@ constexpr std::array elements_name{"", "", "triangles", "tetrahedra"};
 constexpr std::array facet_name{"", "", "edge", "triangle"};
 constexpr std::array facets_name{"", "", "edges", "triangles"};
 
-/// Boundary edges have no number; their lower vertex identifies them.
 std::string noun(const Soundness& s, Defect defect) {
     const auto d = static_cast<std::size_t>(s.dimension);
     switch (wording(defect).entity) {

@@ -1,4 +1,4 @@
-// Runs all checks; checks of scale, nodes and vertices.
+// Runs all checks. Contains the checks of scale, nodes and vertices.
 module;
 #include <algorithm>
 #include <array>
@@ -89,8 +89,8 @@ bool is_distant(const Vec<D>& p) {
     return std::any_of(p.c.begin(), p.c.end(), [](double x) { return std::abs(x) > max_length; });
 }
 
-/// True if the simplex is smaller than `min_length` in every coordinate, but not 0: coincident vertices are another
-/// defect.
+/// True if the largest extent of the simplex in a coordinate is below `min_length`, but not 0. Coincident vertices are
+/// a different defect.
 template <int D, std::size_t N>
 bool is_tiny(const Column<Vec<D>>& points, const std::array<VertexId, N>& simplex) {
     double extent = 0;
@@ -125,7 +125,8 @@ Outcome<Done> examine_scale(const LinearMesh<D>& mesh, Examination<D>& x, const 
 
 namespace {
 
-/// True if the ends coincide: the edges are on a slit, or have duplicate vertices, which are other defects.
+/// True if the edges have ends at the same positions: they are on a slit, or have duplicate vertices, which are other
+/// defects.
 template <int D>
 bool same_ends(const QuadraticMesh<D>& mesh, std::size_t e, std::size_t f) {
     const auto& points = mesh.linear.points;
@@ -164,7 +165,6 @@ Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& x, con
 
 namespace {
 
-/// Boundary faces at a vertex: `any` if there are some, `unlisted` if one is not listed.
 struct AtBoundary {
     bool any = false, unlisted = false;
 };
@@ -182,7 +182,8 @@ AtBoundary at_boundary(const LinearMesh<D>& mesh, const Examination<D>& x, std::
     return at;
 }
 
-/// True if the vertices are on two sides of a slit: all boundary faces at them are listed, and no entity contains both.
+/// True if vertices at the same position are on two sides of a slit: all their boundary faces are listed, and no entity
+/// contains both vertices.
 template <int D>
 bool is_slit(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t v, std::size_t twin) {
     for (const ElementId e : x.elements_of[v])
@@ -193,7 +194,7 @@ bool is_slit(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t v, 
     return here.any && there.any && !here.unlisted && !there.unlisted;
 }
 
-/// True if p is on the simplex, but not at a corner.
+/// True if p is on the simplex `s`, but not at a corner. `slack`: tolerance.
 bool is_inside(const Vec<2>& p, const std::array<Vec<2>, 2>& s, double slack) {
     const Vec<2> edge = s[1] - s[0], to = p - s[0];
     const double length = norm(edge), along = dot(to, edge) / length;
@@ -206,7 +207,7 @@ bool is_inside(const Vec<3>& p, const std::array<Vec<3>, 3>& s, double slack) {
     for (int i = 0; i < 3; ++i) {
         const Vec<3>&a = s[i], &b = s[(i + 1) % 3];
         if (distance(p, a) <= slack) return false;
-        // The height over this side is compared as a length.
+        // The height over this side is compared with the tolerance.
         if (dot(cross(b - a, p - a), normal) < -slack * area * distance(a, b)) return false;
     }
     return true;
@@ -216,10 +217,10 @@ template <int D>
 struct OpenFace {
     SimplexVertices<D - 1> vertices;
     std::size_t element = 0;
-    double slack = 0;  ///< contact tolerance, far below intended gaps
+    double slack = 0;  ///< tolerance for contact, far below the width of intended gaps
 };
 
-/// Scales coordinates by the power of two that brings the slack close to 1, to avoid overflow without rounding.
+/// Scales coordinates by a power of two, so that the tolerance is about 1. This avoids overflow without rounding.
 template <int D>
 bool is_inside(const LinearMesh<D>& mesh, const Vec<D>& p, const OpenFace<D>& face) {
     if (!(face.slack > 0)) return false;
@@ -251,7 +252,8 @@ std::vector<OpenFace<D>> open_faces(const LinearMesh<D>& mesh, const Examination
     return faces;
 }
 
-/// Finds vertices of unlisted faces inside other unlisted faces: the mesh is not conforming there.
+/// Finds vertices of unlisted boundary faces that lie inside other unlisted boundary faces. The mesh is not conforming
+/// there.
 template <int D>
 Outcome<Finding> find_hanging(const LinearMesh<D>& mesh, const Examination<D>& x, const Execution& execution) {
     const std::vector<OpenFace<D>> faces = open_faces(mesh, x);

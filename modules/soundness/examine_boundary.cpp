@@ -1,4 +1,4 @@
-// Examines faces, facets, the orientation of elements, and smooth walls.
+// Checks of faces, facets, the orientation of elements, and smooth walls.
 module;
 #include <algorithm>
 #include <array>
@@ -33,7 +33,7 @@ Column<SimplexVertices<D - 1>> boundary_of(const LinearMesh<D>& mesh, const Exam
     return faces;
 }
 
-/// Number of defective edges from a vertex to higher vertices, and the end of the first edge.
+/// Defective edges from a vertex v to vertices with higher numbers. `first_end`: end of the first such edge.
 struct DefectiveEdges {
     std::uint32_t count = 0;
     VertexId first_end;
@@ -43,14 +43,13 @@ struct DefectiveEdges {
     }
 };
 
-/// Edges at a vertex with more than two boundary faces (`crowded`) or only one (`open`). `pinched`: the faces form
-/// several fans without crowded edges.
+/// `crowded`: edges at a vertex with more than two boundary faces; `open`: with only one. `pinched`: the boundary faces
+/// at the vertex form several fans, and no edge is crowded.
 struct Link {
     DefectiveEdges crowded, open;
     bool pinched = false;
 };
 
-/// 2D: a vertex should have two boundary edges.
 Link link_of(const Column<SimplexVertices<1>>&, std::span<const FacetId> around, VertexId v) {
     Link link;
     link.pinched = around.size() > 2;
@@ -58,7 +57,7 @@ Link link_of(const Column<SimplexVertices<1>>&, std::span<const FacetId> around,
     return link;
 }
 
-/// 3D: the sides opposite the vertex must form one path or ring.
+/// 3D: the sides opposite the vertex, one of each face, must form one path or ring.
 Link link_of(const Column<SimplexVertices<2>>& faces, std::span<const FacetId> around, VertexId v) {
     std::vector<std::array<VertexId, 2>> sides;
     std::vector<VertexId> ends;
@@ -84,7 +83,7 @@ Link link_of(const Column<SimplexVertices<2>>& faces, std::span<const FacetId> a
         run = next;
     }
     if (any_crowded || around.empty()) return link;
-    // Each end belongs to at most two sides, so a walk from the first side goes in both directions.
+    // Each end belongs to at most two sides, so this walk reaches a whole path or ring from its first side.
     std::vector<std::size_t> reached{0};
     std::vector<bool> visited(sides.size(), false);
     visited[0] = true;
@@ -131,7 +130,6 @@ Outcome<Done> examine_boundary(const LinearMesh<D>& mesh, Examination<D>& x, con
 
 namespace {
 
-/// For each simplex, the first earlier simplex with the same vertices.
 template <class Id, std::size_t N>
 Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simplices, const Incidence<Id>& around,
                                      const Execution& execution) {
@@ -144,7 +142,6 @@ Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simp
     });
 }
 
-/// Neighbours across each face of each element, without repeated elements.
 template <int D>
 Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& mesh, const Examination<D>& x,
                                                          const Execution& execution) {
@@ -294,7 +291,6 @@ Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const 
 
 namespace {
 
-/// True if neighbours have consistent orientation: their outward faces have opposite vertex orders.
 template <int D>
 bool is_consistently_oriented(const SimplexVertices<D>& element, int opposite, const SimplexVertices<D>& other) {
     const auto own_face = face_of<D>(element, opposite);
@@ -310,8 +306,8 @@ bool is_consistently_oriented(const SimplexVertices<D>& element, int opposite, c
     return inversions % 2 == 1;
 }
 
-/// Orients each connected piece consistently, with positive total volume. Returns 1 for an element to reverse.
-/// Non-orientable pieces (Möbius strips) would keep a seam; they do not occur in dimension D.
+/// Orients each connected piece consistently and with positive total volume. Returns 1 for an element to reverse. Such
+/// an orientation exists, because elements of dimension D in D dimensions form no Möbius strips.
 template <int D>
 Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x) {
     constexpr std::uint8_t unvisited = 2;
@@ -342,7 +338,6 @@ Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volu
     return turned;
 }
 
-/// True if an element is negative, or its orientation is inconsistent with a neighbour's.
 template <int D>
 bool is_candidate(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x, std::size_t e) {
     if (!x.element_counts(e)) return false;
@@ -387,7 +382,7 @@ Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double
 
 namespace {
 
-/// Intersection of two faces of an element: an edge; in 2D a vertex and an invalid id.
+/// Intersection of two faces of an element: the ends of an edge, or in 2D a vertex and an invalid id.
 using Hinge = std::array<VertexId, 2>;
 
 template <int D>
@@ -399,8 +394,8 @@ Hinge hinge_between(const SimplexVertices<D>& element, int i, int j) {
     return hinge;
 }
 
-/// Sorted list of listed ridges, lower vertex first; in 2D of listed corners and ends of ridges. Other listed edges are
-/// smooth.
+/// Sorted list of the listed ridges, lower vertex first. In 2D: listed corners and ends of listed ridges. Other listed
+/// edges are smooth.
 template <int D>
 std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
     std::vector<Hinge> features;
@@ -419,7 +414,6 @@ std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
     return features;
 }
 
-/// Normal with the face's length (3D: twice the area), outward for a positive element.
 Vec<2> normal_of(const Column<Vec<2>>& points, const SimplexVertices<1>& face) {
     const Vec<2> along = points[face[1]] - points[face[0]];
     return {{along[1], -along[0]}};
@@ -428,7 +422,6 @@ Vec<3> normal_of(const Column<Vec<3>>& points, const SimplexVertices<2>& face) {
     return cross(points[face[1]] - points[face[0]], points[face[2]] - points[face[0]]);
 }
 
-/// True if the vectors are not zero and the cosine of their angle exceeds `cosine`.
 template <int D>
 bool turns_less(const Vec<D>& a, const Vec<D>& b, double cosine) {
     const double size = norm(a) * norm(b);
@@ -444,7 +437,7 @@ class Walls {
           cosine_(cos(options.ridge_angle_degrees * std::numbers::pi / 180)),
           features_(listed_features(mesh)) {}
 
-    /// Entity shared by two faces of the element on one smooth wall, if there are such faces.
+    /// Hinge of two faces of the element on one smooth wall; empty if there are no such faces.
     [[nodiscard]] std::optional<Hinge> hinge(std::size_t e) const {
         if (!x_.element_counts(e)) return {};
         for (int i = 0; i < D; ++i)
@@ -479,7 +472,7 @@ class Walls {
         return std::binary_search(features_.begin(), features_.end(), at);
     }
 
-    /// Number of facets at the hinge. A wall ends where this number exceeds two.
+    /// Number of facets at the hinge. If it exceeds two, the wall ends there.
     [[nodiscard]] std::size_t facets_at(const Hinge& at) const {
         const auto around = x_.facets_of[at[0]];
         return static_cast<std::size_t>(std::count_if(around.begin(), around.end(), [&](FacetId f) {

@@ -19,7 +19,6 @@ namespace {
 
 constexpr std::uint32_t dropped = no_element;
 
-/// New numbers of the items that are not dropped.
 Buffer<std::uint32_t> renumbered(const Buffer<std::uint32_t>& twins) {
     Buffer<std::uint32_t> numbers(twins.size());
     std::uint32_t next = 0;
@@ -29,7 +28,7 @@ Buffer<std::uint32_t> renumbered(const Buffer<std::uint32_t>& twins) {
 
 template <class T>
 Column<T> selected(const Column<T>& items, const Buffer<std::uint32_t>& numbers) {
-    if (items.empty()) return items;  // the column is optional
+    if (items.empty()) return items;  // an optional column may be empty
     Buffer<T> out;
     out.reserve(items.size());
     for (std::size_t i = 0; i < items.size(); ++i)
@@ -37,7 +36,7 @@ Column<T> selected(const Column<T>& items, const Buffer<std::uint32_t>& numbers)
     return out;
 }
 
-/// Renumbers indices. A dropped item is replaced by its twin.
+/// Replaces old indices by new numbers. An item that was dropped gets the number of its twin.
 Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std::uint32_t>& numbers,
                               const Buffer<std::uint32_t>& twins) {
     Buffer<std::uint32_t> out;
@@ -47,7 +46,7 @@ Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std
     return out;
 }
 
-/// Previous local edge for each local edge, after a swap of the first two vertices.
+/// Previous local index of each local edge after an exchange of the first two vertices.
 template <int K>
 inline constexpr auto edges_after_swap = [] {
     std::array<int, edges_per_simplex<K>> from{};
@@ -64,7 +63,7 @@ inline constexpr auto edges_after_swap = [] {
 
 template <int D>
 struct Plan {
-    Buffer<std::uint32_t> elements, facets;  ///< new numbers
+    Buffer<std::uint32_t> elements, facets;
     Buffer<SimplexVertices<D - 1>> added;
     Buffer<Reference> added_references;
 };
@@ -78,7 +77,7 @@ std::vector<Reference> references_in_use(const LinearMesh<D>& mesh) {
     return used;
 }
 
-/// Returns a reference above the highest in use, or the lowest free one.
+/// Returns a reference above the highest in use or, if there is none, the lowest unused one.
 Reference unused_reference(const std::vector<Reference>& used) {
     const Reference highest = used.empty() ? 0 : *std::max_element(used.begin(), used.end());
     if (highest < std::numeric_limits<Reference>::max()) return std::max(0, highest) + 1;
@@ -87,7 +86,6 @@ Reference unused_reference(const std::vector<Reference>& used) {
     return free;
 }
 
-/// Element faces that need facets: bits for each element.
 struct MissingFaces {
     const Buffer<std::uint8_t>& bits;
     Defect defect;
@@ -177,7 +175,7 @@ LinearMesh<D> mended(LinearMesh<D> mesh, const Examination<D>& x, const Plan<D>&
     return mesh;
 }
 
-/// Adds no edges, because added facets are faces of elements.
+/// The set of edges stays complete, because added facets are faces of elements.
 template <int D>
 EdgeSet<D> mended(EdgeSet<D> edges, const Examination<D>& x, const Plan<D>& work) {
     if (any(x.turned)) {
@@ -232,7 +230,6 @@ LinearMesh<D> without_isolated(LinearMesh<D> mesh, const Examination<D>& x) {
     return mesh;
 }
 
-/// Also removes edges that only stray facets use.
 template <int D>
 Outcome<QuadraticMesh<D>> without_isolated(QuadraticMesh<D> mesh, const Examination<D>& x, const Execution& execution) {
     LinearMesh<D> linear = without_isolated(std::move(mesh.linear), x);
@@ -257,7 +254,6 @@ Outcome<Mesh<D>> without_isolated(Mesh<D> mesh, const Examination<D>& x, const E
         .map([](QuadraticMesh<D> result) { return as_mesh(std::move(result)); });
 }
 
-/// Removes stray facets, if any, and examines the resulting mesh.
 template <int D>
 Outcome<Examination<D>> examined(Mesh<D>& mesh, std::vector<std::string>& notices, const Execution& execution) {
     auto x = examine_all(mesh, execution);

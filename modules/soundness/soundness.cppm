@@ -9,7 +9,7 @@ module;
 #include <optional>
 #include <string>
 #include <vector>
-/// Input checks of straight meshes (`examine`), and unambiguous corrections (`prepare`).
+/// Checks of input meshes (`examine`), and unambiguous corrections (`prepare`).
 export module camber.soundness;
 import camber.core;
 import camber.validity;
@@ -18,54 +18,55 @@ export namespace camber {
 
 /// Defects of a straight mesh, or of the straight part of a quadratic one.
 enum class Defect : std::uint8_t {
-    repeated_element,       ///< same vertices and reference as an earlier one
-    contradicting_element,  ///< same vertices as an earlier one, another reference
+    repeated_element,       ///< has the same vertices and reference as an earlier element
+    contradicting_element,  ///< has the same vertices as an earlier element, but another reference
     crowded_face,           ///< has a face with more than two elements
     isolated_facet,         ///< not a face of any element
-    repeated_facet,         ///< see repeated_element
+    repeated_facet,         ///< like `repeated_element`, for facets
     contradicting_facet,
-    distant_vertex,     ///< coordinate beyond `max_length`: products overflow
-    distant_node,       ///< the same for a mid node (P2)
-    tiny_element,       ///< smaller than `min_length` in each coordinate: products underflow
-    tiny_facet,         ///< see tiny_element
+    distant_vertex,     ///< a coordinate is beyond `max_length`: products would overflow
+    distant_node,       ///< like `distant_vertex`, for a mid node (degree 2)
+    tiny_element,       ///< smaller than `min_length` in each coordinate: products would underflow
+    tiny_facet,         ///< like `tiny_element`, for a facet
     hanging_vertex,     ///< lies inside an unlisted boundary face
     duplicate_vertex,   ///< coincides with an earlier vertex, not across a slit
-    reversed_element,   ///< vertex order has the wrong orientation
-    tangled_element,    ///< negative in the orientation of its neighbours: inverted or overlapping
-    flat_element,       ///< straight volume is zero to rounding
-    missing_facet,      ///< has an unlisted boundary face; other ones are listed
-    no_facets,          ///< has a boundary face, but no facet is listed
-    missing_interface,  ///< has an unlisted face to another reference
-    unused_vertex,      ///< not in an element, facet or feature edge
-    slit_vertex,        ///< coincides with an earlier vertex across a slit, with listed boundary on both sides
-    coincident_node,    ///< mid node at the position of a vertex, or of the node of an edge with other ends (P2)
+    reversed_element,   ///< the order of its vertices has the wrong orientation
+    tangled_element,    ///< has negative volume if oriented like its neighbours: inverted or overlapping
+    flat_element,       ///< its straight volume is zero up to rounding
+    missing_facet,      ///< element with a boundary face that is not listed, although other boundary faces are
+    no_facets,          ///< element with a boundary face, in a mesh that lists no facets
+    missing_interface,  ///< element with an unlisted face to an element of another reference
+    unused_vertex,      ///< not a vertex of any element, facet or feature edge
+    slit_vertex,        ///< coincides with an earlier vertex across a slit whose two sides are listed as boundary
+    coincident_node,    ///< mid node that coincides with a vertex, or with the mid node of an edge with other ends
+                        ///< (degree 2)
     inner_facet,        ///< between two elements of the same reference
-    open_edge,          ///< edge of only one boundary face: the boundary is not closed (2D: vertex)
+    open_edge,          ///< edge (2D: vertex) of only one boundary face, so the boundary is not closed
     crowded_edge,       ///< edge of more than two boundary faces (3D)
-    pinched_vertex,     ///< boundary faces at the vertex form several fans
+    pinched_vertex,     ///< the boundary faces at the vertex form several fans
     isolated_edge,      ///< feature edge without element and facet (3D)
-    wall_element,       ///< has two faces on one smooth wall: invalid if the wall is curved
+    wall_element,       ///< element with two faces on one smooth wall: invalid if the wall is curved
 };
 inline constexpr std::size_t defect_count = 27;
 
-/// Severity of a defect.
 enum class Severity : std::uint8_t {
-    fatal,     ///< not usable for Camber or a solver
-    blocking,  ///< only the elements concerned are invalid
+    fatal,     ///< neither Camber nor a solver can use the mesh
+    blocking,  ///< only the elements with the defect are invalid
     mended,    ///< an error that `prepare` corrects
-    harmless,  ///< no problem for solvers; `prepare` corrects it if required
+    harmless,  ///< no problem for solvers; `prepare` corrects it if necessary
 };
 
-/// Number of entities with a defect; `first`: number of the first one in the file, from 1.
+/// Number of entities with a defect. `first`: number of the first such entity in the file, from 1.
 struct Finding {
     std::size_t count = 0;
     std::size_t first = 0;  ///< 0: none
-    std::size_t other = 0;  ///< number of the earlier twin, second end of the edge, or element with the face
+    std::size_t other = 0;  ///< number of another entity: the earlier twin, the second end of the edge, or the element
+                            ///< with the face
     friend bool operator==(const Finding&, const Finding&) = default;
 };
 
-/// An element with two faces on one smooth wall (boundary or interface). On a curved wall they meet at 180 degrees, so
-/// det J vanishes there for all node positions: an edge swap is required.
+/// An element with two faces on one smooth wall (boundary or interface). On a curved wall, the faces meet at 180
+/// degrees, so det J is 0 there for all node positions. Only an edge swap corrects this.
 struct WallElement {
     ElementId element;
     std::array<VertexId, 2> hinge;  ///< shared edge; in 2D a vertex and an invalid id
@@ -73,17 +74,16 @@ struct WallElement {
 };
 
 struct ExamineOptions {
-    /// Maximum angle (degrees) between faces of one smooth wall. Different references and listed ridges (2D: listed
-    /// corners and ends of ridges) also separate walls.
+    /// Maximum angle in degrees between faces of one smooth wall. Walls also end at listed ridges (2D: listed corners,
+    /// and ends of listed ridges) and where the reference changes.
     double ridge_angle_degrees = 40;
 };
 
-/// Results of `examine`.
 struct Soundness {
     int dimension = 3;
-    bool empty = false;  ///< neither elements nor facets
+    bool empty = false;  ///< the mesh has neither elements nor facets
     std::array<Finding, defect_count> findings{};
-    std::vector<WallElement> wall_elements = {};  ///< by ascending element
+    std::vector<WallElement> wall_elements = {};  ///< ascending by element
 
     [[nodiscard]] const Finding& operator[](Defect defect) const { return findings[static_cast<std::size_t>(defect)]; }
     /// True if the mesh is not empty and all defects are harmless.
@@ -92,18 +92,23 @@ struct Soundness {
 };
 
 [[nodiscard]] Severity severity(Defect defect);
-/// Name in JSON, such as "stray_facets".
+/// Name of a defect in JSON, for example "stray_facets".
 [[nodiscard]] const char* key(Defect defect);
-/// Returns a sentence without a full stop: "2 triangles are a face of no tetrahedron (the first: triangle 7)".
+/// Returns a sentence without a full stop, for example "2 triangles are a face of no tetrahedron (the first: triangle
+/// 7)".
 [[nodiscard]] std::string sentence(const Soundness& soundness, Defect defect);
 /// Returns the error for the first fatal defect, if any.
 [[nodiscard]] std::optional<Error> refusal(const Soundness& soundness);
 
-/// Checks all defects, in linear time and memory except for hanging vertices. Vertex ids must be in range and distinct
-/// within a simplex, and coordinates finite (decoders guarantee this). Without elements, facets are checked as a
-/// surface. Repeated elements and facets have no other defects. Quadratic elements are reversed if their curved volume
-/// is negative; `validate` checks validity. Nodes are numbered as vertices, then edges. Errors: unsupported (not
-/// simplices of degree 1 or 2), memory, stopped.
+/// Checks a mesh for all defects, in linear time and memory except for hanging vertices.
+/// - Preconditions, which decoders guarantee: vertex ids are in range and distinct within a simplex; coordinates are
+///   finite.
+/// - Without elements, the facets are checked as a surface.
+/// - Repeated elements and facets are not checked for other defects.
+/// - Quadratic elements count as reversed if their curved volume is negative. `validate` checks their validity.
+/// - Vertices are numbered first, then the nodes of edges.
+///
+/// Errors: unsupported (not simplices of degree 1 or 2), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Soundness> examine(const Mesh<D>& mesh, const ExamineOptions& options,
                                          const Execution& execution);
@@ -113,7 +118,6 @@ template <int D>
     return examine(mesh, ExamineOptions{}, execution);
 }
 
-/// Signed volume of a straight simplex (2D: area).
 template <int D>
 [[nodiscard]] double signed_measure(const std::array<Vec<D>, D + 1>& p) {
     if constexpr (D == 2)
@@ -122,7 +126,8 @@ template <int D>
         return det(p[1] - p[0], p[2] - p[0], p[3] - p[0]) / 6;
 }
 
-/// Signed mean ratio: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l². 1 for regular simplices, 0 for flat ones.
+/// Signed mean ratio of a simplex with volume V (2D: area A) and edge lengths l: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ
+/// l². It is 1 for regular simplices and 0 for flat ones.
 template <int D>
 [[nodiscard]] double mean_ratio(const std::array<Vec<D>, D + 1>& corners) {
     double longest = 0;
@@ -130,7 +135,7 @@ template <int D>
         longest =
             std::max(longest, distance(corners[static_cast<std::size_t>(a)], corners[static_cast<std::size_t>(b)]));
     if (!(longest > 0) || !std::isfinite(longest)) return 0;
-    // Scaled by the longest edge, to avoid overflow.
+    // Lengths are divided by the longest edge, to avoid overflow.
     std::array<Vec<D>, D + 1> p;
     for (int i = 0; i <= D; ++i) p[i] = (corners[i] - corners[0]) / longest;
     double squares = 0;
@@ -141,7 +146,7 @@ template <int D>
     return std::copysign(12 * pow(3 * std::abs(measure), 2.0 / 3) / squares, measure);
 }
 
-/// A corrected mesh. Notices are sentences without a full stop.
+/// A corrected mesh. Each notice is a sentence without a full stop.
 template <int D>
 struct Prepared {
     Mesh<D> mesh;
@@ -149,12 +154,12 @@ struct Prepared {
 };
 
 /// Makes unambiguous corrections, and rejects unusable meshes:
-/// - drops repeated elements and facets;
-/// - drops stray facets, if there are elements;
-/// - swaps the first two vertices of reversed elements. Tangled elements get the orientation of their neighbours, so
-///   that all checks see a negative volume: no vertex order is right;
-/// - adds facets for unlisted boundary and interface faces. Each of these two kinds gets a new reference, after those
-///   of facets and named facet groups.
+/// - Removes repeated elements and facets.
+/// - Removes stray facets, if the mesh has elements.
+/// - Exchanges the first two vertices of reversed elements. Tangled elements get the orientation of their neighbours.
+///   No order of their vertices is right, but all later checks then see a negative volume.
+/// - Adds facets for unlisted faces of the boundary and of interfaces. Each of these two kinds gets a new reference,
+///   after those of facets and named facet groups.
 ///
 /// Vertices, their order, and nodes of curved edges do not change. Sound meshes are returned unchanged. Errors: input
 /// (the fatal defects of `Soundness`, an empty mesh), unsupported (not simplices of degree 1 or 2), memory, stopped.
@@ -165,30 +170,31 @@ template <int D>
 
 namespace camber {
 
-/// Special values: no entity, and several entities.
+/// Special values of `neighbours`: no element, and several elements.
 inline constexpr std::uint32_t no_element = 0xffffffffU;
 inline constexpr std::uint32_t several = 0xfffffffeU;
 
 template <int D>
 struct Examination {
     Soundness soundness;
-    Incidence<ElementId> elements_of;  ///< around vertices
+    Incidence<ElementId> elements_of;  ///< elements around each vertex
     Incidence<FacetId> facets_of;
-    Buffer<std::uint32_t> element_twins;  ///< first earlier element with the same vertices, if any
+    Buffer<std::uint32_t> element_twins;  ///< number of the first earlier element with the same vertices, otherwise
+                                          ///< `no_element`
     Buffer<std::uint32_t> facet_twins;
-    Buffer<std::array<std::uint32_t, D + 1>> neighbours;  ///< element across each face, or a special value
+    Buffer<std::array<std::uint32_t, D + 1>> neighbours;  ///< element across each face, `no_element` or `several`
     Buffer<std::array<std::uint32_t, 2>> sides;
-    Buffer<std::uint8_t> unlisted;                        ///< bit i: face i is on the boundary and not listed
-    Buffer<std::uint8_t> interfaces;                      ///< bit i: face i is an unlisted interface; set in the
-                                                          ///< element with the lower number
-    Buffer<std::uint8_t> turned;                          ///< 1: reversed
+    Buffer<std::uint8_t> unlisted;    ///< bit i: face i is on the boundary, and not listed
+    Buffer<std::uint8_t> interfaces;  ///< bit i: face i is an interface that is not listed; only set in the element
+                                      ///< with the lower number
+    Buffer<std::uint8_t> turned;      ///< 1: the element must be reversed
 
     [[nodiscard]] bool element_counts(std::size_t e) const { return element_twins[e] == no_element; }
     [[nodiscard]] bool facet_counts(std::size_t f) const { return facet_twins[f] == no_element; }
     [[nodiscard]] Finding& operator[](Defect defect) { return soundness.findings[static_cast<std::size_t>(defect)]; }
 };
 
-/// Face opposite a local vertex; its normal points outward for a positive element.
+/// Face opposite a local vertex. Its normal points outward if the element is positive.
 template <int D>
 [[nodiscard]] inline SimplexVertices<D - 1> face_of(const SimplexVertices<D>& element, int opposite) {
     SimplexVertices<D - 1> face;
@@ -213,7 +219,7 @@ template <std::size_t N, class Item>
                              [&](VertexId a, VertexId b) { return around[a].size() < around[b].size(); });
 }
 
-/// Counts the chosen i in [0, n), and stores the first.
+/// Counts the numbers i in [0, n) for which `chosen(i)` is true, and stores the first one.
 template <class Chosen>
 [[nodiscard]] Outcome<Finding> count(const Execution& execution, std::size_t n, Chosen&& chosen) {
     return reduce_each(
@@ -228,19 +234,18 @@ template <class Chosen>
         });
 }
 
-/// Hash bucket; coincident points have the same bucket.
 template <int D>
 [[nodiscard]] inline std::size_t bucket_of(const Vec<D>& p, std::size_t buckets) {
     std::uint64_t h = 0;
     for (int c = 0; c < D; ++c) {
-        h = (h ^ std::bit_cast<std::uint64_t>(p[c] + 0.0)) * 0x9e3779b97f4a7c15U;  // + 0.0: −0 becomes 0
+        h = (h ^ std::bit_cast<std::uint64_t>(p[c] + 0.0)) * 0x9e3779b97f4a7c15U;  // the sum with 0.0 turns −0 into 0
         h ^= h >> 29U;
     }
     return static_cast<std::size_t>(h % buckets);
 }
 
-/// For each i in [0, n) that counts(i) accepts: the first earlier item at the same position that meets(i, earlier)
-/// accepts, or `no_element`. A limited number of tests per position keeps the time linear.
+/// For each i in [0, n) with `counts(i)`, returns the first earlier item at the same position for which `meets(i,
+/// earlier)` is true, or `no_element`. The number of tests per position is limited, so that the time is linear.
 template <class Point, class Counts, class Meets>
 [[nodiscard]] Outcome<Buffer<std::uint32_t>> coincident(std::size_t n, Point&& point, Counts&& counts, Meets&& meets,
                                                         const Execution& execution) {
@@ -272,27 +277,23 @@ template <class Point, class Counts, class Meets>
     });
 }
 
-/// Finds twins, neighbours, sides of facets, and unlisted boundary and interface faces.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& examination,
                                           const Execution& execution);
 
-/// Finds reversed, tangled and flat elements. `volumes`: signed volumes with exact sign; 0: flat to rounding.
+/// Finds reversed, tangled and flat elements. `volumes`: signed volumes with exact signs; 0 if flat up to rounding.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double>& volumes,
                                                 Examination<D>& examination, const Execution& execution);
 
-/// Finds vertices, elements and facets outside the length range.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_scale(const LinearMesh<D>& mesh, Examination<D>& examination,
                                           const Execution& execution);
 
-/// Finds unused, coincident and hanging vertices, and isolated feature edges.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& examination,
                                              const Execution& execution);
 
-/// Finds open, crowded and pinched parts of the boundary, also of surface meshes.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_boundary(const LinearMesh<D>& mesh, Examination<D>& examination,
                                              const Execution& execution);
@@ -301,7 +302,6 @@ template <int D>
 [[nodiscard]] Outcome<Done> examine_walls(const LinearMesh<D>& mesh, const ExamineOptions& options,
                                           Examination<D>& examination, const Execution& execution);
 
-/// Finds mid nodes outside the length range, and coincident ones.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& examination,
                                           const Execution& execution);

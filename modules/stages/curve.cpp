@@ -99,8 +99,8 @@ Outcome<QuadraticMesh<D>> of_degree_2(const Mesh<D>& mesh, const Execution& exec
     return as_quadratic(mesh);
 }
 
-/// Finds overlaps in a mesh with known crossings. If `prepare` would turn elements or add facets, examines the prepared
-/// mesh, which has the same element numbers.
+/// Finds overlaps in a mesh with known crossings. If `prepare` would turn elements or add facets, the prepared mesh is
+/// examined; its element numbers are the same.
 template <int D>
 Outcome<Overlaps<D>> checked_overlaps(const CheckedWalls<D>& walls, bool is_listed, const Soundness& soundness,
                                       const Execution& execution) {
@@ -119,7 +119,7 @@ Outcome<Overlaps<D>> checked_overlaps(const CheckedWalls<D>& walls, bool is_list
     return find_overlaps(*mesh, *crossings, quiet);
 }
 
-/// Empty for fatal defects: all facets may be at one position.
+/// Returns nothing for fatal defects, because all facets may be at one position.
 template <int D>
 Outcome<std::optional<CheckedWalls<D>>> checked_walls(const QuadraticMesh<D>& mesh, const Soundness& soundness,
                                                       const Execution& execution) {

@@ -38,15 +38,15 @@ struct BoundaryOptions {
     RequiredBoundary required = RequiredBoundary::keep;
 };
 
-/// Without `specified`: the surrogate, smooth surfaces through the vertices and the edges' `nodes`, if any. Errors:
-/// those of find_features and build_surrogate.
+/// Finds the boundary. Without `specified`, its geometry is the surrogate: smooth surfaces through the vertices and the
+/// edges' `nodes`, if any. Errors: those of find_features and build_surrogate.
 template <int D>
 [[nodiscard]] Outcome<Boundary<D>> find_boundary(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const std::optional<Geometry<D>>& specified,
                                                  const BoundaryOptions<D>& options, const Execution& execution,
                                                  std::span<const LagrangeNode<D>> nodes = {});
 
-/// Node targets. References must outlive guides made from them.
+/// Target positions of nodes. The references must outlive guides made from them.
 template <int D>
 struct TargetNodes {
     const Curved<D>& curved;  ///< before any correction
@@ -56,30 +56,30 @@ struct TargetNodes {
     const BackMesh<D>* field;  ///< null: the mesh's own metric
 };
 
-/// Costs of nodes off their targets, and feet on prescribed surfaces. Without `target` the mesh's nodes are the
-/// targets; without a boundary there are no feet. Errors: stopped, memory.
+/// Returns a repair guide: costs of nodes off their targets, and projections onto prescribed surfaces. Without
+/// `target`, the nodes of the mesh are the targets; without a boundary, nothing is projected. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<RepairGuide<D>> make_guide(const JudgedProposal<D>& judged,
                                                  const std::optional<TargetNodes<D>>& target,
                                                  const Boundary<D>* boundary, const RepairOptions& options,
                                                  const Execution& execution);
 
-/// Origin of nodes: straight from `elevate`, or curved by the input or earlier passes.
+/// Origin of nodes: straight from `elevate`, or curved by the input or by earlier passes.
 enum class NodesOf : std::uint8_t { elevation, input };
 
-/// Input of curving, one row per edge: targets of boundary nodes, starts of volume nodes.
+/// Input of curving, one row per edge: target positions of boundary nodes, start positions of volume nodes.
 template <int D>
 struct CurveInput {
     Column<EdgeKind> kinds;
     Column<LagrangeNode<D>> base;
     Incidence<ElementId> shells;
     std::size_t preserved = 0;  ///< boundary edges with preserved input nodes
-    /// Extended boundary displacement, also of curved input, so that curving again changes nothing. Empty if nothing is
-    /// displaced or the field is on the straight mesh.
+    /// Extended boundary displacement. It is computed for curved input too, so that curving again changes nothing.
+    /// Empty if nothing is displaced or the field is on the straight mesh.
     Column<LagrangeNode<D>> extended = {};
-    std::optional<PlacementStatistics> placed = {};  ///< if `base` is not projected
-    std::size_t relaxed = 0;                         ///< shifts reduced for the elements
-    std::size_t loss_limited = 0;                    ///< shifts more than halved for smooth functions
+    std::optional<PlacementStatistics> placed = {};  ///< set if `base` was placed in the field instead of projected
+    std::size_t relaxed = 0;                         ///< shifts of nodes that were reduced to protect elements
+    std::size_t loss_limited = 0;                    ///< shifts that were more than halved, for smooth functions
 };
 
 template <int D>
@@ -89,7 +89,7 @@ struct CurvedFrom {
     const Boundary<D>& boundary;
 };
 
-/// Puts boundary nodes onto the geometry, of curved input only those on prescribed surfaces. Volume nodes stay.
+/// Puts boundary nodes onto the geometry; for curved input, only nodes on prescribed surfaces. Volume nodes stay.
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> curve_input(const CurvedFrom<D>& from, const Execution& execution);
 
@@ -112,7 +112,7 @@ enum class Objective : std::uint8_t { accuracy, energy, length, shape, solution 
 }
 
 enum class BackMeshKind : std::uint8_t {
-    curved,    ///< follows boundaries with noticeable sagitta, see back_mesh_nodes
+    curved,    ///< follows boundaries with noticeable sagitta (see back_mesh_nodes)
     straight,  ///< paper §1.2
 };
 [[nodiscard]] constexpr auto words(BackMeshKind) {
@@ -141,34 +141,35 @@ struct ProposeOptions : CurveOptions, PlacementOptions {
     friend bool operator==(const ProposeOptions&, const ProposeOptions&) = default;
 };
 
-/// Options with the objective's aim.
 [[nodiscard]] CurveOptions edge_options(const ProposeOptions& options);
 
-/// True if edges follow a metric.
 [[nodiscard]] constexpr bool has_field(Objective objective) {
     return objective != Objective::shape && objective != Objective::solution;
 }
 
-/// Expected errors of a solution, with the nodes of the objective shape and with those found. One field: weight · L2
-/// error in the user's unit. Several: root of Σ (weight · L2 error)², in units in which their ranges are about 1.
+/// Expected errors of a solution, with the nodes of the objective `shape` and with the nodes found. For one field:
+/// weight · L2 error in the user's unit. For several: root of Σ (weight · L2 error)², in units in which their ranges
+/// are about 1.
 struct ExpectedErrors {
     double before = 0, after = 0;
     int rounds = 0;
 };
 
-/// Uncorrected node targets and their origin.
+/// Node targets before any correction, and the data from which they were computed.
 template <int D>
 struct ProposedCurves {
     Curved<D> curved;
     CurveInput<D> input;
     std::optional<BackMesh<D>> field;                          ///< none for the objectives shape and solution
-    std::optional<Column<LogMetric<D>>> straight_log_metrics;  ///< of the straight mesh, if the field uses another
+    std::optional<Column<LogMetric<D>>> straight_log_metrics;  ///< log-metrics of the straight mesh, if the field uses
+                                                               ///< another mesh
     CurveOptions edges = {};                                   ///< options of the search, see accuracy_for
     std::optional<ExpectedErrors> expected = {};               ///< for the objective solution
 };
 
-/// Steps: extension; metric, if edges follow one; curve. Errors (usage): objective shape or solution with boundary
-/// nodes by length, solution without fields. Also: those of the metric and `known_solution`; stopped; memory.
+/// Computes node targets. Steps: extension; metric, if edges follow one; curve. Errors: usage (objective shape or
+/// solution with boundary nodes by length, solution without fields); those of the metric and `known_solution`; stopped;
+/// memory.
 template <int D>
 [[nodiscard]] Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,
                                                         const SolutionInput<D>& solution, const ProposeOptions& options,
@@ -178,7 +179,7 @@ template <int D>
 
 namespace camber {
 
-/// Field, and input with `base` at the field's nodes.
+/// Metric field, and curve input with `base` at the nodes of the field's mesh.
 template <int D>
 struct CurvingStart {
     CurveInput<D> input;
@@ -186,12 +187,12 @@ struct CurvingStart {
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     CurveOptions edges = {};  ///< see accuracy_for
 };
-/// Steps: extension; metric, if edges follow one.
+/// Computes field and input. Steps: extension; metric, if edges follow one.
 template <int D>
 [[nodiscard]] Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSource<D>& metric,
                                                      const ProposeOptions& options, const StepWrapper& around);
 
-/// Moves boundary nodes in the field: placed_input, slid_input.
+/// Moves boundary nodes to positions that the field determines (placed_input, slid_input).
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> moved_input(const CurvedFrom<D>& from, CurveInput<D> input,
                                                  const BackMesh<D>& field, const CurveOptions& edges,
@@ -201,7 +202,7 @@ template <int D>
 
 export namespace camber {
 
-/// Field of a metric on its mesh. Errors: those of the source, stopped, memory.
+/// Builds the field of a metric on its mesh. Errors: those of the source, stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_field(const LinearMesh<D>& mesh, const MetricSource<D>& metric,
                                               const Execution& execution);
@@ -232,26 +233,26 @@ struct CurveMeshOptions {
     RepairOptions repair = {};
 };
 
-/// The bound is 0: any program may have written the mesh.
+/// Elements are checked for the bound 0, because any program may have written the mesh.
 struct MeshCheckOptions {
     double min_scaled_jacobian = 0;
     ExamineOptions examine = {};
 };
 
-/// Crossing boundaries and overlapping elements of `mesh`, with its boundary listed.
+/// Crossing boundaries and overlapping elements of `mesh`, in which all boundary facets are listed.
 template <int D>
 struct CheckedWalls {
     QuadraticMesh<D> mesh;
     Crossings crossings;
-    Overlaps<D> overlaps = {};  ///< empty if elements are listed twice
+    Overlaps<D> overlaps = {};  ///< empty if elements occur twice
 };
 
 template <int D>
 struct MeshCheck {
     Soundness soundness;
-    QuadraticMesh<D> mesh;  ///< elevated if the mesh is linear
+    QuadraticMesh<D> mesh;  ///< of degree 2 also if the input is linear
     Validation<D> validation;
-    /// None for fatal defects, or without a boundary that can be listed.
+    /// None for fatal defects, or if the boundary cannot be listed.
     std::optional<CheckedWalls<D>> walls;
 
     [[nodiscard]] bool all_good() const {
@@ -260,7 +261,8 @@ struct MeshCheck {
     }
 };
 
-/// Steps: examine, validate, cross. Errors: unsupported (no simplices of degree 1 or 2), memory, stopped.
+/// Checks a mesh. Steps: examine, validate, cross. Errors: unsupported (no simplices of degree 1 or 2), memory,
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<MeshCheck<D>> check_mesh(const Mesh<D>& mesh, const MeshCheckOptions& options,
                                                const StepWrapper& around);

@@ -63,7 +63,6 @@ template Outcome<KnownSolution<3>> known_solution<3>(const QuadraticMesh<3>&, co
 
 namespace {
 
-/// Patches of the facets with these references; no_patch for others.
 template <int D>
 Outcome<Column<std::uint32_t>> requested_patches(const LinearMesh<D>& mesh, const Features<D>& features,
                                                  const std::vector<Reference>& references) {
@@ -214,8 +213,8 @@ Buffer<double> longest_edges(const QuadraticMesh<D>& mesh) {
     return longest;
 }
 
-/// True if the interpolation error, |d^{k+1}u| h^{k+1} relative to the range, is rounding everywhere. Its metric would
-/// be noise.
+/// True if the interpolation error |d^{k+1}u| h^{k+1}, relative to the range, is rounding everywhere. The metric would
+/// then be noise.
 template <int D>
 bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const FieldDerivatives<D>& field,
               const Column<double>& values, int degree) {
@@ -232,7 +231,7 @@ bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const Fie
     return true;
 }
 
-/// Derivatives are in fields' own units; one field has the user's unit.
+/// Derivatives are in the fields' own units; a single field has the user's unit.
 std::vector<double> weights_of(const ExpectedError& expected, std::span<const Column<double>> fields) {
     std::vector<double> weights = expected.weights;
     weights.resize(fields.size(), 1.0);
@@ -240,7 +239,6 @@ std::vector<double> weights_of(const ExpectedError& expected, std::span<const Co
     return weights;
 }
 
-/// Root of Σ (weight · range)².
 double range_of(std::span<const Column<double>> fields, std::span<const double> weights) {
     double sum = 0;
     for (std::size_t f = 0; f < fields.size(); ++f) {
@@ -251,8 +249,8 @@ double range_of(std::span<const Column<double>> fields, std::span<const double> 
     return std::sqrt(sum);
 }
 
-/// At δ from the geometry u is off by δ |∂u/∂n|, inwards over at most range/|∂u/∂n| or volume/area. So the squared L2
-/// norm is at most δ² min(range ∫ |∂u/∂n|, volume/area ∫ (∂u/∂n)²).
+/// At distance δ from the geometry, u is off by δ |∂u/∂n|. Inwards this extends over at most range/|∂u/∂n| or
+/// volume/area. So the squared L2 norm is at most δ² min(range ∫ |∂u/∂n|, volume/area ∫ (∂u/∂n)²).
 template <int D>
 Outcome<std::vector<DistanceBound>> bounds_by_error(const QuadraticMesh<D>& mesh, double l2, double range,
                                                     std::span<const NormalGradients> gradients,

@@ -25,7 +25,7 @@ export namespace camber {
 /// Known values at the vertices or, for degree 2, at all nodes.
 struct WeightedField {
     Column<double> values;
-    double weight = 1;  ///< of its error, in a unit in which its range is about 1
+    double weight = 1;  ///< weight of the error, in a unit in which the field's range is about 1
 };
 
 /// Fields, or one function known everywhere.
@@ -37,14 +37,15 @@ struct SolutionInput {
     [[nodiscard]] bool empty() const { return fields.empty() && !function; }
 };
 
-/// Solution in the elements of `curved`, which is `mesh` with other mid nodes: the function, or polynomials of fields
-/// on `mesh` by material. Errors: those of `element_values`; stopped, memory.
+/// Returns the solution in the elements of `curved`, which is `mesh` with other mid nodes. The solution is the function
+/// or, for fields on `mesh`, polynomials computed for each material. Errors: those of `element_values`; stopped,
+/// memory.
 template <int D>
 [[nodiscard]] Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, const SolutionInput<D>& specified,
                                                        const QuadraticMesh<D>& curved, const Execution& execution);
 
-/// One row per vertex. `make` receives the natural metric, or nothing if `of_natural` is false. For boundaries with
-/// noticeable sagitta it is called for the curved mesh, then for the straight one.
+/// A metric with one row per vertex. `make` receives the natural metric, or nothing if `of_natural` is false. For
+/// boundaries with noticeable sagitta, `make` is called for the curved mesh, then for the straight one.
 template <int D>
 struct MetricAtVertices {
     bool of_natural = true;
@@ -60,7 +61,7 @@ struct MetricField {
 template <int D>
 using MetricSource = std::variant<MetricAtVertices<D>, MetricField<D>>;
 
-/// `natural`: the mesh's own, or computed from it.
+/// `natural`: the metric of the mesh itself, or computed from that metric.
 enum class MetricOrigin : std::uint8_t { natural, specified };
 template <int D>
 [[nodiscard]] MetricOrigin origin_of(const MetricSource<D>& metric) {
@@ -68,7 +69,8 @@ template <int D>
     return at_vertices != nullptr && at_vertices->of_natural ? MetricOrigin::natural : MetricOrigin::specified;
 }
 
-/// The mesh's own metric is noisy, so its changes are recovered; its automatic kind is natural.
+/// Returns the options for a metric. The mesh's own metric is noisy, so recovered gradients are used; its automatic
+/// kind is natural.
 [[nodiscard]] inline EdgeAccuracyOptions accuracy_for(MetricOrigin origin, const EdgeAccuracyOptions& requested) {
     EdgeAccuracyOptions options = requested;
     const bool is_natural = origin == MetricOrigin::natural;
@@ -77,7 +79,6 @@ template <int D>
     return options;
 }
 
-/// True if the mesh's own metric determines nodes.
 [[nodiscard]] inline bool follows_mesh(const CurveOptions& edges) {
     return edges.aim == CurvingAim::accuracy && edges.metric_kind == MetricKind::natural;
 }
@@ -87,12 +88,13 @@ template <int D>
     return JacobianBound::recommended(follows_mesh(edges) ? target_without_metric : default_bound);
 }
 
-/// Minimum scaled Jacobian after shifts of nodes in planes, which repair does not undo for its target.
+/// Minimum scaled Jacobian after shifts of nodes in planes, because repair does not undo these shifts to reach its
+/// target.
 [[nodiscard]] inline double slide_bound(const CurveOptions& edges) {
     return follows_mesh(edges) ? std::max(edges.min_jacobian, target_without_metric) : edges.min_jacobian;
 }
 
-/// Paper §1.2.1.
+/// Metric of the mesh itself (paper §1.2.1).
 template <int D>
 [[nodiscard]] MetricSource<D> natural_metric() {
     return MetricAtVertices<D>{
@@ -130,9 +132,9 @@ struct GeometrySizes {
     friend bool operator==(const GeometrySizes&, const GeometrySizes&) = default;
 };
 
-/// Metrics at the boundary vertices. `features`: breaks of the boundary. Gaps are measured between straight facets.
-/// Sizes are at most `largest`. Errors (usage): no size requested, a reference without facets; those of `chord_metrics`
-/// and `gap_metrics`.
+/// Returns metrics at the boundary vertices. `features`: breaks of the boundary. Gaps are measured between straight
+/// facets. Sizes are at most `largest`. Errors: usage (no size requested, a reference without facets); those of
+/// `chord_metrics` and `gap_metrics`.
 template <int D>
 [[nodiscard]] Outcome<std::vector<MetricsAtVertices<D>>> geometry_sizes(const LinearMesh<D>& mesh,
                                                                         const Features<D>& features,
@@ -155,29 +157,31 @@ struct MetricOfSolutionOptions {
     RecoveryOptions recovery = {};
     ModelOptions models = {};
     NormOptions norm = {};
-    SolutionMetricOptions metric = {};      ///< amount 0: the mesh's number of elements
-    std::vector<ReferenceSize> sizes = {};  ///< prescribed by reference
-    GeometrySizes geometry = {};            ///< from the boundary surface
-    double ridge_angle = 40;                ///< angle of boundary breaks for `geometry` (degrees)
-    ExpectedError expected = {};            ///< for a mesh like the target, see `bounds`
+    SolutionMetricOptions metric = {};      ///< amount 0: the number of elements of the mesh
+    std::vector<ReferenceSize> sizes = {};  ///< sizes prescribed for references
+    GeometrySizes geometry = {};
+    double ridge_angle = 40;      ///< angle of boundary breaks for `geometry` (degrees)
+    ExpectedError expected = {};  ///< on a mesh that follows the target metric, see `bounds`
 };
 
 template <int D>
 struct MetricOfSolution {
     SolutionMetric<D> metric;
     std::size_t rows = 0, from_inner_fits = 0,
-                lower_degree = 0;  ///< of recovered derivatives, see RecoveredDerivatives
+                lower_degree = 0;  ///< see RecoveredDerivatives
     std::size_t zero_models = 0, floored_models = 0;
-    /// Largest distances of boundaries and interfaces from their geometry, by reference, that change the solution by at
-    /// most the expected L2 error. Empty if that is unknown or the solution has no normal derivative.
+    /// Largest distances of boundaries and interfaces from their geometry, for each reference, that change the solution
+    /// by at most the expected L2 error. Empty if that error is unknown or the solution has no normal derivative.
     std::vector<DistanceBound> bounds = {};
 };
 
-/// Metric of this complexity for the best interpolation of a solution in the norm, with elements of degree norm.degree.
+/// Computes the metric, of the requested complexity, for the best interpolation of a solution in the norm, with
+/// elements of degree norm.degree.
 ///
 /// Fields have equal shares, and values at the vertices (degree 1) or all nodes (degree 2, required for third
-/// derivatives). Derivatives are one-sided by material. On curved meshes and with materials, element models include the
-/// effect of curves; otherwise models are at vertices. `specified` metrics, one per vertex, are fixed, like sizes.
+/// derivatives). Derivatives are computed within each material. On curved meshes and with materials, element models
+/// include the effect of curves; otherwise models are at vertices. `specified` metrics, one per vertex, and prescribed
+/// sizes are not scaled.
 ///
 /// Steps: recover, models, fixed, metric. See docs/algorithms/metric-from-solution.md. Errors: those of
 /// `recover_derivatives` and `make_solution_metric`; degree 2 for a field of degree 1 (usage); stopped, memory.

@@ -59,18 +59,17 @@ bool is_prescribed(const LinearMesh<D>& mesh, const Boundary<D>& boundary, std::
                                [&](FacetId f) { return boundary.geometry->prescribes(mesh.facets.references[f]); });
 }
 
-/// True if the mesh's node of this edge is on the geometry.
 template <int D>
 bool is_on_geometry(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary, std::span<const FacetId> facets,
                     std::size_t e) {
-    constexpr double near = 1e-6;  // of the chord
+    constexpr double near = 1e-6;  // share of the chord
     const auto& [a, b] = mesh.edges.vertices[e];
     const double chord = distance(mesh.linear.points[a], mesh.linear.points[b]);
     const auto sites = facet_sites<D>(mesh.linear, facets);
     return boundary.geometry->distance_at_facets(sites, mesh.mid_nodes[e].point) <= near * chord;
 }
 
-/// Preserves boundary nodes, except those off their prescribed surfaces.
+/// Preserves the boundary nodes of the mesh, except those off their prescribed surfaces.
 template <int D>
 Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                      const EmbeddedCurves<D>& curves, const Execution& execution) {
@@ -105,7 +104,6 @@ Outcome<CurveInput<D>> curve_input(const CurvedFrom<D>& from, const Execution& e
 
 namespace {
 
-/// Shifts nodes in planes to their positions in the field, except nodes of curved input.
 template <int D>
 Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
                                   const CurveOptions& options, const Execution& execution) {
@@ -127,7 +125,7 @@ Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input
         if (!limited_by_loss) return fail(limited_by_loss.error());
         input.loss_limited += *limited_by_loss;
     }
-    // Shifts must not spoil elements. Volume edges follow later.
+    // Shifts must not degrade elements. Volume nodes follow later.
     auto limited_count = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, slide_bound(options), slides,
                                               part_of(execution, 0.82, 1));
     if (!limited_count) return fail(limited_count.error());
@@ -137,7 +135,6 @@ Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input
     return input;
 }
 
-/// Fixes edges of curved input, except those on prescribed surfaces.
 template <int D>
 Outcome<Column<EdgeKind>> may_move(const CurvedFrom<D>& from, const Column<EdgeKind>& kinds,
                                    const Execution& execution) {
@@ -150,7 +147,7 @@ Outcome<Column<EdgeKind>> may_move(const CurvedFrom<D>& from, const Column<EdgeK
     return Column<EdgeKind>(std::move(updated));
 }
 
-/// Places boundary nodes in the field; of curved input only those that `curve_input` puts onto prescribed surfaces.
+/// Places boundary nodes in the field; for curved input, only those that `curve_input` puts onto prescribed surfaces.
 template <int D>
 Outcome<CurveInput<D>> placed_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
                                     const CurveOptions& edges, const PlacementOptions& options,
@@ -171,7 +168,6 @@ Outcome<CurveInput<D>> placed_input(const CurvedFrom<D>& from, CurveInput<D> inp
     });
 }
 
-/// True if all boundary nodes are chord middles.
 template <int D>
 bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
     const auto stays = [&](std::size_t e) {
@@ -182,7 +178,6 @@ bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
     return std::ranges::all_of(std::views::iota(std::size_t{0}, input.base.size()), stays);
 }
 
-/// Boundary edges whose nodes are those of the mesh become fixed.
 template <int D>
 Column<EdgeKind> kinds_with_preserved(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
     Buffer<EdgeKind> kinds(input.kinds.begin(), input.kinds.end());
@@ -191,7 +186,7 @@ Column<EdgeKind> kinds_with_preserved(const QuadraticMesh<D>& mesh, const CurveI
     return Column<EdgeKind>(std::move(kinds));
 }
 
-/// Extends boundary displacements over faces (extend_over_faces). Nodes without geometry follow the volume
+/// Extends boundary displacements over faces (extend_over_faces). Nodes without geometry are treated like volume nodes
 /// (kinds_with_following).
 template <int D>
 Outcome<CurveInput<D>> extended_over_faces(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
@@ -215,7 +210,6 @@ Outcome<CurveInput<D>> extended_over_faces(const CurvedFrom<D>& from, CurveInput
     return input;
 }
 
-/// Adds the extension for a curved back mesh.
 template <int D>
 Outcome<CurveInput<D>> extended_input(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
     if (is_straight(from.mesh, input)) return input;
@@ -288,12 +282,11 @@ Outcome<BothMetrics<D>> both_metrics(const MetricAtVertices<D>& source, const Qu
     return BothMetrics<D>{std::move(*curved), std::move(*straight)};
 }
 
-/// Field, and starting nodes of volume edges.
 template <int D>
 struct CurvingField {
     BackMesh<D> back;
-    std::optional<Column<LogMetric<D>>> straight;  ///< if the field uses another mesh
-    Column<LagrangeNode<D>> nodes;                 ///< empty: chords
+    std::optional<Column<LogMetric<D>>> straight;
+    Column<LagrangeNode<D>> nodes;  ///< empty: chords
 };
 
 template <int D>
@@ -316,8 +309,8 @@ Outcome<CurvingField<D>> curved_field(const QuadraticMesh<D>& mesh, const CurveI
         make_curved_back_mesh(std::move(bent), *around, std::move(metrics->curved), part_of(execution, 0.64, 1),
                               aim == CurvingAim::accuracy ? StoredGradients::sampled : StoredGradients::recovered);
     if (!back) return fail(back.error());
-    // Searches start at the back mesh's nodes. Nodes for accuracy have their offsets there, and also follow boundaries
-    // with small sagitta, which matter for smooth functions.
+    // Searches start at the nodes of the back mesh. Offsets for accuracy are added to these nodes, which also follow
+    // boundaries with small sagitta; this matters for smooth functions.
     if (aim == CurvingAim::accuracy) nodes = input.extended;
     return CurvingField<D>{std::move(*back), std::move(metrics->straight), std::move(nodes)};
 }
@@ -359,7 +352,6 @@ Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions
     return extended_input(from, std::move(*input), part_of(execution, of_faces, 1));
 }
 
-/// Volume edges start at `nodes`.
 template <int D>
 Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                     Column<LagrangeNode<D>> nodes) {
@@ -389,7 +381,7 @@ Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSo
         return make_curving_field(from.mesh, *input, metric, edges.aim, e);
     });
     if (!field) return fail(field.error());
-    // Searches start at curved input; accuracy needs no start.
+    // For curved input, searches start at its nodes; accuracy needs no start.
     if (from.nodes != NodesOf::input || edges.aim == CurvingAim::accuracy)
         input->base = starting_at(from.mesh, *input, std::move(field->nodes));
     return CurvingStart<D>{std::move(*input), std::move(field->back), std::move(field->straight), edges};
@@ -402,14 +394,13 @@ Outcome<CurveInput<D>> moved_input(const CurvedFrom<D>& from, CurveInput<D> inpu
     const bool is_placed = options.boundary_nodes != BoundaryNodeAim::projection;
     auto moved = placed_input(from, std::move(input), field, edges, options,
                               is_placed ? part_of(execution, 0, 0.8) : without_progress(execution));
-    // Edges of nodes in planes already have minimum length.
+    // With the aim `length`, edges in planes already have minimum length.
     if (!moved || options.boundary_nodes == BoundaryNodeAim::length) return moved;
     return slid_input(from, std::move(*moved), field, edges, is_placed ? part_of(execution, 0.8, 1) : execution);
 }
 
 namespace {
 
-/// Proposal of `shape`. Without a field there are no lengths.
 template <int D>
 Curved<D> without_lengths(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, Proposal<D> proposal) {
     const std::size_t n = mesh.edges.size();
@@ -435,7 +426,8 @@ Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, c
     return without_lengths(from.mesh, input.kinds, std::move(done->proposal));
 }
 
-/// Relaxes nodes towards `base` where elements are too flat: searches that start at folded elements end there.
+/// Relaxes nodes towards `base` in elements that are too flat, because searches that start at folded elements end
+/// there.
 template <int D>
 Outcome<Column<LagrangeNode<D>>> limited_by_elements(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                                      const Column<LagrangeNode<D>>& nodes,
@@ -451,16 +443,16 @@ Outcome<Column<LagrangeNode<D>>> limited_by_elements(const QuadraticMesh<D>& mes
     return Column<LagrangeNode<D>>(std::move(updated));
 }
 
-/// A function is exact in each frame. Polynomials of fields improve in a second one only for curved input, whose nodes
-/// may have been blocked (docs/algorithms/solution-nodes.md).
+/// Number of evaluations of the solution in moved elements. Functions are always exact. Polynomials of fields improve
+/// in a second evaluation only for curved input, whose nodes may have been blocked (docs/algorithms/solution-nodes.md).
 template <int D>
 int frames_for(const CurvedFrom<D>& from, const SolutionInput<D>& specified) {
     if (specified.function) return SolutionNodesOptions{}.frames;
     return from.nodes == NodesOf::input ? 2 : 1;
 }
 
-/// Places volume nodes by a solution. Starts: the nodes of `shape`, or of curved input if their error is smaller.
-/// Chords ignore the solution in rows of thin elements.
+/// Places volume nodes by a solution. The search starts from the nodes of `shape`, or of curved input if their error is
+/// smaller. It does not start from chords, which ignore the solution in rows of thin elements.
 template <int D>
 Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start, const SolutionInput<D>& specified,
                                const ProposeOptions& options, ExpectedErrors& expected, const Execution& execution) {

@@ -34,7 +34,6 @@ std::size_t samples_for(std::size_t facets) {
     return std::clamp(a_facet * facets, least, most);
 }
 
-/// Surfaces and numbered curves with sample points.
 class Sampled {
   public:
     template <int D>
@@ -52,7 +51,6 @@ class Sampled {
     std::vector<std::pair<GeometryKind, std::int64_t>> keys_;
 };
 
-/// A mesh between two passes, completed.
 template <int D>
 struct MeshSnapshot {
     QuadraticMesh<D> mesh;
@@ -158,7 +156,7 @@ Outcome<BoundedFacets> bounded_facets(const Adaptation<D>& state, const Adaptati
                                       const Execution& execution) {
     if (goal.distance_bounds.empty()) return BoundedFacets{};
     const double collapsed = CollapseOptions{}.shortest;
-    // A facet twice as large has four times the distance, eight times at least for degree 2.
+    // A facet twice as large is four times as far from the geometry, for degree 2 at least eight times.
     const double near = state.mesh.is_curved() ? 1.0 / 8 : 1.0 / 4;
     return reduce_each(
         execution, state.mesh.facets.size(), BoundedFacets{},
@@ -256,7 +254,6 @@ std::vector<VertexId> corners_with(const Features<D>& features, const Column<Ver
     return corners;
 }
 
-/// Without the curves.
 template <int D>
 AdaptationGoal<D> goal_of(const Boundary<D>& boundary, RemeshingBy<D> by) {
     AdaptationGoal<D> goal{std::move(by.field), boundary.geometry};
@@ -267,7 +264,8 @@ AdaptationGoal<D> goal_of(const Boundary<D>& boundary, RemeshingBy<D> by) {
     return goal;
 }
 
-/// `begin(breaks, goal)` returns Outcome<Adaptation>. Curves: those found, or of the mesh before.
+/// Starts remeshing by `begin(breaks, goal)`, which returns Outcome<Adaptation>. Uses the curves `found`, or those of
+/// the mesh before remeshing.
 template <int D>
 Outcome<Remeshing<D>> begin(const Boundary<D>& boundary, RemeshingBy<D> by, Outcome<EmbeddedCurves<D>> found,
                             const auto& begin) {

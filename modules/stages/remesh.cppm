@@ -18,29 +18,30 @@ import :metric;
 
 export namespace camber {
 
-/// Sample points of the geometry: on a CAD model, as many as the boundary's size needs; else over the mesh. Errors:
-/// those of sample_over_mesh.
+/// Returns sample points of the geometry: on a CAD model, as many as the size of the boundary needs; otherwise over the
+/// mesh. Errors: those of sample_over_mesh.
 template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
 
-/// Bounds for references without a required one: a hundredth of the bounding box diagonal of their facets, and a share
-/// of the edge length. That share is the distance from a circle for a turn of 30 degrees (degree 2: 90).
+/// Returns bounds for references without a required bound: a hundredth of the bounding box diagonal of their facets,
+/// and a share of the edge length. That share is the distance of a chord from a circle for a turn of 30 degrees (degree
+/// 2: 90).
 template <int D>
 [[nodiscard]] std::vector<DistanceBound> default_distance_bounds(const LinearMesh<D>& mesh, int degree,
                                                                  std::span<const DistanceBound> required);
 
 struct BoundedFacets {
-    std::size_t limited = 0;  ///< below the requested size; if twice as large, they would exceed their bounds
-    std::size_t far = 0;      ///< exceed their bounds, like facets before
+    std::size_t limited = 0;  ///< facets smaller than requested that would exceed their bounds at twice the size
+    std::size_t far = 0;      ///< facets that exceed their bounds
 };
-/// Errors: stopped.
+/// Counts facets that distance bounds limit. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<BoundedFacets> bounded_facets(const Adaptation<D>& state, const AdaptationGoal<D>& goal,
                                                     const Execution& execution);
 
 /// Facet with the largest two-sided distance relative to its bound: from its points to the geometry, and from the
-/// nearest geometry points.
+/// nearest geometry points to the facet.
 template <int D>
 struct ReachedDistance {
     double required = 0, reached = 0;  ///< bound and distance (model units)
@@ -61,8 +62,8 @@ template <int D>
 template <int D>
 struct WithinBounds {
     Adaptation<D> state;
-    ToMetricStatistics statistics;              ///< of all passes; `before`, `after`: of the input mesh
-    std::optional<ReachedDistance<D>> reached;  ///< none: no facet was far, effort near_metric
+    ToMetricStatistics statistics;              ///< sums over all passes; `before`, `after`: of the input mesh
+    std::optional<ReachedDistance<D>> reached;  ///< none if no facet was far and the effort was near_metric
 };
 /// Measures the boundary (step "distances") and refines it (steps of remesh_to_metric) until every facet is within its
 /// bound. Errors: those of the passes and of reached_distance.
@@ -84,12 +85,12 @@ struct RemeshingBy {
     BackMesh<D> field;
     CurveOptions curving = {};                        ///< see accuracy_for
     std::size_t max_elements = max_entities;          ///< see AdaptationGoal
-    const EmbeddedCurves<D>* curves = nullptr;        ///< of the mesh before remeshing; null: its own
+    const EmbeddedCurves<D>* curves = nullptr;        ///< curves of the mesh before remeshing; null: of the mesh itself
     std::vector<DistanceBound> distance_bounds = {};  ///< see AdaptationGoal
 };
 
-/// `nodes` determine embedded curves; empty: the geometry does. Errors: those of begin_adaptation and
-/// find_embedded_curves.
+/// Starts remeshing. `nodes` determine embedded curves; if they are empty, the geometry does. Errors: those of
+/// begin_adaptation and find_embedded_curves.
 template <int D>
 [[nodiscard]] Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Boundary<D>& boundary, RemeshingBy<D> by,
@@ -102,16 +103,16 @@ template <int D>
 template <int D>
 struct OntoGeometry {
     QuadraticMesh<D> mesh;
-    std::size_t nodes = 0;  ///< mid nodes that were off by more than the default tolerance
+    std::size_t nodes = 0;  ///< mid nodes that were off the geometry by more than the default tolerance
     double largest = 0;     ///< largest distance (model units)
 };
 /// Puts mid nodes onto their prescribed surfaces, except required ones. Repairs invalid elements; as a last resort,
-/// boundary nodes stop short of the geometry. Errors: those of validate and repair.
+/// boundary nodes do not fully reach the geometry. Errors: those of validate and repair.
 template <int D>
 [[nodiscard]] Outcome<OntoGeometry<D>> put_nodes_onto_geometry(QuadraticMesh<D> mesh, const Boundary<D>& boundary,
                                                                const Execution& execution);
 
-/// Features of a remeshed mesh: it lists all breaks, since new facets may turn without one.
+/// Options for a remeshed mesh, which lists all its breaks: new facets may turn without a break.
 template <int D>
 inline constexpr FeatureOptions<D> listed_breaks{.ridge_angle_degrees = 180, .corner_angle_degrees = 180};
 

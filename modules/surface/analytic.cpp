@@ -57,7 +57,6 @@ SurfaceFoot<D> closest_point(const AnalyticSurface<D>& surface, const Vec<D>& p)
 
 namespace {
 
-/// Orthonormal vectors, the third along an axis.
 struct Axes {
     Vec<3> x, y, z;
 
@@ -198,7 +197,7 @@ class AnalyticModel final : public GeometryModel<D> {
     [[nodiscard]] bool prescribes_any() const override { return true; }
 
   private:
-    /// Row of the table for the hint's entity, else for its reference; −1: none.
+    /// Row in `surfaces` for the hint's entity or, without an entity, for its reference; −1 if there is none.
     [[nodiscard]] std::int64_t row_of(const SurfaceHint& hint) const {
         const auto& surfaces = geometry_.surfaces;
         if (hint.entity.kind == GeometryKind::surface)

@@ -21,8 +21,7 @@ import :surrogate;
 
 export namespace camber {
 
-/// Largest distance of a boundary vertex from its surface or curve, relative to the vertex's shortest boundary edge.
-/// Beyond this limit the vertex is off.
+/// A boundary vertex is off its surface or curve if its distance exceeds this share of its shortest boundary edge.
 inline constexpr double off_limit = 0.05;
 
 /// Largest share of the vertices of one surface or curve that may be off. A larger share means that the mesh was made
@@ -50,7 +49,7 @@ template <int D>
     return out;
 }
 
-/// Number of mesh vertices on one surface or curve, and of those that are off it.
+/// Fit of mesh vertices to one surface or curve. `off`: number of vertices that are off (see `off_limit`).
 struct VertexFit {
     std::size_t vertices = 0, off = 0;
     std::size_t lost = 0;            ///< vertices off by more than half of their longest edge
@@ -65,7 +64,7 @@ struct VertexFit {
         const std::size_t is_lost = far <= half * edges.longest ? 0 : 1;
         add({0, 1, is_lost, far, edges.shortest, v});
     }
-    /// Reports the lowest of equally far vertices, for any order of calls.
+    /// If vertices are equally far, `farthest` is the lowest of them, for any order of calls.
     void add(const VertexFit& others) {
         vertices += others.vertices;
         off += others.off;
@@ -76,8 +75,8 @@ struct VertexFit {
         length = others.length;
         farthest = others.farthest;
     }
-    /// True if too many vertices are off. Fewer off vertices than `facet_vertices` are accepted: a mesher may have
-    /// merged a small edge.
+    /// True if too many vertices are off. Fewer than `facet_vertices` (number of vertices of a facet) are accepted,
+    /// because a mesher may have merged a small edge.
     [[nodiscard]] bool is_refused(std::size_t facet_vertices) const {
         return off >= facet_vertices && static_cast<double>(off) > off_vertices * static_cast<double>(vertices);
     }
@@ -97,19 +96,18 @@ struct FitError {
     VertexId vertex = {};
     Reference reference = 0;
 };
-/// Returns the larger distance; of equal distances, that of the lower vertex.
+/// Returns the error with the larger distance, or that with the lower vertex if distances are equal.
 [[nodiscard]] inline FitError worse(const FitError& a, const FitError& b) {
     if (a.distance != b.distance) return a.distance > b.distance ? a : b;
     return b.distance > 0 && b.vertex < a.vertex ? b : a;
 }
 
 /// Distances of facets from another mesh's boundary. One facet in a hundred may be off, by less than half of its
-/// longest edge, since adaptation to thin layers can leave vertices short of the surface.
+/// longest edge, because adaptation to thin layers can leave vertices off the surface.
 struct BoundaryFit {
     std::size_t facets = 0, off = 0;
     FitError worst;
 
-    /// Adds a facet; its distance is 0 if it is on the surface.
     void add(const FitError& fit_error) {
         ++facets;
         off += fit_error.distance > 0 ? 1 : 0;
@@ -120,7 +118,7 @@ struct BoundaryFit {
         off += others.off;
         worst = worse(worst, others.worst);
     }
-    /// The largest distance, if it is too large or too many facets are off.
+    /// Returns the largest distance if it is too large or if too many facets are off.
     [[nodiscard]] std::optional<FitError> refused() const {
         constexpr std::size_t most = 100;
         constexpr double farthest = 0.5 / fit_tolerance;
@@ -129,33 +127,36 @@ struct BoundaryFit {
     }
 };
 
-/// Returns the node of a boundary edge: its middle on the geometry. If the ends are off the geometry by more than
-/// `off_limit` of the chord (vector mean), that node would make cusps. The node is then within this limit of the curve
-/// through the ends that is parallel to the geometry. It is also within a quarter of the chord from the chord's middle,
-/// so the edge turns by at most 90 degrees. An edge never leaves an end backwards.
+/// Returns the node of a boundary edge without cusps. It is the edge's middle on the geometry (`middle_of`), except in
+/// two cases:
+/// - The mean offset of the ends from the geometry exceeds `off_limit` of the chord. The node is shifted by the excess,
+///   and is at most a quarter of the chord from the chord's middle. The edge then turns by at most 90 degrees.
+/// - The node is more than a quarter of the chord off the middle, along the chord. This offset is reduced, so that the
+///   edge does not leave an end backwards.
 template <int D>
 [[nodiscard]] Vec<D> node_without_cusp(const GeometryModel<D>& geometry, const EdgeSite<D>& edge);
 
-/// Computes the mid nodes of all edges. Volume edges keep their nodes; boundary edges get, by kind of geometry:
+/// Computes the mid nodes of all edges. Volume edges keep their nodes. Nodes of boundary edges depend on the kind of
+/// geometry:
 ///
-/// - Surrogate of this mesh: the middle of the edge's curve. Other surrogates: the projected chord middle (ridges: onto
-///   ridge curves).
-/// - Analytic: the chord's middle projected onto the surface of the edge's facets, or onto the curve of two surfaces.
+/// - Surrogate of this mesh: the middle of the edge's curve. Surrogate of another mesh: the projected chord middle, for
+///   ridges projected onto ridge curves.
+/// - Analytic: the chord's middle, projected onto the surface of the edge's facets or onto the curve of two surfaces.
 ///   Beside a curved surface, facets without a surface count as planes.
-/// - Mixed: the reference selects the geometry. Between a surface and a flat patch: on the curve of both. Between a
-///   surface and a curved patch: the ridge node of the surrogate, projected onto the surface.
-/// - Straight: chord middles.
+/// - Mixed: the reference of a facet selects its geometry. Between a surface and a flat patch, the node is on the curve
+///   of both. Between a surface and a curved patch, it is the surrogate's ridge node, projected onto the surface.
+/// - Straight: the chord's middle.
 ///
-/// Edges of flat patches and ridges between planes keep the chord's middle bit for bit. Required edges, and edges of
+/// Edges of flat patches and ridges between planes have exactly the chord's middle. Required edges, and edges of
 /// required facets or elements, keep the mesh's node. Errors: `features` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
 
-/// Moves nodes of edges in planes (of the geometry, or flat patches) by the in-plane part of `shifts` (one per edge).
-/// Required edges and all other nodes are fixed. On a curved surface, a node off the middle of its curve costs an order
-/// of approximation. On ridges, and on all boundary edges in 2D, a node could only slide along the curve. Errors: those
-/// of `boundary_nodes`; wrong row counts (internal).
+/// Moves the nodes of edges that lie in a plane (of the geometry, or of a flat patch) by the in-plane part of `shifts`
+/// (one per edge). Required edges and all other nodes are fixed. On a curved surface, a node off the middle of its
+/// curve reduces the order of approximation. On ridges, and on all boundary edges in 2D, a node could only slide along
+/// the curve. Errors: those of `boundary_nodes`; wrong row counts (internal).
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh,
                                                           const Column<LagrangeNode<D>>& nodes,
@@ -168,9 +169,9 @@ struct BoundaryDistance {
     FacetId worst = {};
 };
 
-/// Projects points of each curved facet at tenths of barycentric coordinates (66 points; 11 in 2D). Distances within
-/// the tolerance of a flat patch's plane count as 0. In a mixed geometry the reference selects the surface or the
-/// surrogate. Facets without a surface are measured from their own plane. Errors: those of `boundary_nodes`.
+/// Projects 66 points of each curved facet (2D: 11), with barycentric coordinates that are multiples of 1/10. Distances
+/// within the tolerance of a flat patch's plane count as 0. In a mixed geometry the reference selects the surface or
+/// the surrogate. Facets without a surface are measured from their own plane. Errors: those of `boundary_nodes`.
 template <int D>
 [[nodiscard]] Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh,
                                                           std::span<const LagrangeNode<D>> mid_nodes,
@@ -179,8 +180,8 @@ template <int D>
 
 /// Largest distances that count as on the geometry, as shares of the local boundary edge length.
 struct BoundaryTolerance {
-    double nodes = 1e-5;     ///< of a mid node, over its edge's chord
-    double vertices = 0.05;  ///< of a vertex, over its longest boundary edge; input is inexact
+    double nodes = 1e-5;     ///< of a mid node, as share of its edge's chord
+    double vertices = 0.05;  ///< of a vertex, as share of its longest boundary edge; input is inexact
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoundaryTolerance;
@@ -195,13 +196,12 @@ struct BoundaryTolerance {
     friend bool operator==(const BoundaryTolerance&, const BoundaryTolerance&) = default;
 };
 
-/// Boundary entities of one kind that are off the geometry.
 template <class Id>
 struct OffGeometry {
     std::size_t measured = 0;  ///< entities with a geometry
-    std::size_t off = 0;       ///< entities beyond the tolerance
+    std::size_t off = 0;
     double largest = 0;        ///< largest distance, in model units
-    double share = 0;          ///< largest distance over the edge length
+    double share = 0;          ///< largest distance divided by the edge length
     Id worst = {};             ///< entity with this share; invalid if all distances are 0
 };
 
@@ -210,21 +210,23 @@ struct BoundaryDeviation {
     OffGeometry<VertexId> vertices;
 };
 
-/// Measures boundary nodes and vertices against a tolerance. Distances within the rounding of coordinates are not off.
+/// Measures boundary nodes and vertices against a tolerance. Distances within the rounding of coordinates are never
+/// off.
 ///
-/// `kinds` (one per edge): nodes of kind `surface` and `ridge` are measured, `fixed` nodes and required vertices are
-/// not.
+/// `kinds` (one per edge): nodes of kind `surface` and `ridge` are measured. All boundary vertices except required ones
+/// are measured too.
 ///
-/// `own_nodes` (one per edge; empty if the input was straight): the geometry of edges for which `geometry` prescribes
-/// no surface. Errors: wrong row counts (internal), stopped.
+/// `own_nodes`: the input's nodes (one per edge), or empty for a straight mesh. A node is measured from its own node if
+/// `geometry` prescribes no surface there. Errors: wrong row counts (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<BoundaryDeviation> boundary_deviation(
     const QuadraticMesh<D>& mesh, std::span<const EdgeKind> kinds, const Geometry<D>& geometry,
     std::span<const LagrangeNode<D>> own_nodes, const BoundaryTolerance& tolerance, const Execution& execution);
 
-/// Computes only the largest distance of `boundary_distance`. Skips points that are provably nearer than another point,
-/// and facets whose 21 test points (2D: 6) are within 0.8 of another facet's largest distance. The result is the same
-/// up to rounding where the distance is smooth, as between a facet and its surface. Errors: those of `boundary_nodes`.
+/// Computes only the largest distance of `boundary_distance`. Skips points that are provably nearer than another point.
+/// Skips facets whose 21 test points (2D: 6) are within 0.8 times another facet's largest distance. The result is the
+/// same up to rounding where the distance is smooth, as between a facet and its surface. Errors: those of
+/// `boundary_nodes`.
 template <int D>
 [[nodiscard]] Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
                                                                  std::span<const LagrangeNode<D>> mid_nodes,
@@ -239,14 +241,15 @@ struct NearBoundary {
     double largest = 0;
 };
 
-/// Faster: skips facets whose nodes are close to those of `near`, whose largest distance is known.
+/// Faster version for a boundary close to `near`, whose largest distance is known. Skips facets whose nodes are close
+/// to the nodes of `near`.
 template <int D>
 [[nodiscard]] Outcome<LargestDistance> largest_boundary_distance(
     const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,
     const Geometry<D>& geometry, const NearBoundary<D>& near, const Execution& execution);
 
-/// Curves of a mesh across which the surface is smooth (3D only): listed edges, edges between two entities of the
-/// mesher's model, and listed edges inside the volume. The geometry does not know these curves, so their shape in the
+/// Curves of a 3D mesh across which the surface is smooth. Their edges are listed in the file (also inside the volume),
+/// or are between two entities of the mesher's model. The geometry does not contain these curves, so their shape in the
 /// mesh is preserved.
 template <int D>
 struct EmbeddedCurves {
@@ -260,10 +263,10 @@ struct EmbeddedCurves {
     Column<VertexId> corners;  ///< mesh vertices where a curve turns, ascending
 };
 
-/// Finds the embedded curves. `nodes`: one per unique edge, or empty. With nodes a piece is the edge's own curve.
-/// Without nodes, pieces on a surface of the geometry are as smooth as the surrogate's ridge curves, and other pieces
-/// are straight. Curves have corners where they turn by more than 40 degrees, or, beside a straight edge, by more than
-/// rounding. Errors: those of `find_features` and `build_surrogate`.
+/// Finds the embedded curves. `nodes`: one per unique edge, or empty. With nodes, each piece is the quadratic curve of
+/// its edge. Without nodes, pieces on a surface of the geometry are as smooth as the surrogate's ridge curves, and
+/// other pieces are straight. Curves have corners where they turn by more than 40 degrees, or, beside a straight edge,
+/// by more than rounding. Errors: those of `find_features` and `build_surrogate`.
 template <int D>
 [[nodiscard]] Outcome<EmbeddedCurves<D>> find_embedded_curves(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                               const Features<D>& features, const Geometry<D>& geometry,
@@ -274,15 +277,15 @@ template <int D>
 [[nodiscard]] std::optional<Vec<D>> closest_on_curves(const EmbeddedCurves<D>& curves, Reference reference,
                                                       const Vec<D>& p);
 
-/// Moves nodes (one per unique edge) of curve edges on the boundary to the middles of their pieces, projected onto the
-/// geometry's surface. Required edges and edges inside the volume are unchanged. Errors: stopped.
+/// Moves the nodes (one per unique edge) of boundary edges on embedded curves to the middles of their pieces, projected
+/// onto the geometry's surface. Required edges and edges inside the volume are unchanged. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> nodes_on_curves(const QuadraticMesh<D>& mesh,
                                                                Buffer<LagrangeNode<D>> nodes,
                                                                const EmbeddedCurves<D>& curves,
                                                                const Geometry<D>& geometry, const Execution& execution);
 
-/// Returns `kinds` with curve edges as ridges; their nodes stay on the curve.
+/// Returns `kinds`, but edges on the curves are ridges, so that their nodes stay on the curves.
 template <int D>
 [[nodiscard]] Column<EdgeKind> kinds_with_curves(const Column<EdgeKind>& kinds, const EmbeddedCurves<D>& curves);
 
@@ -313,24 +316,24 @@ struct BoundaryFoot {
     Vec<D> point;
     double distance_squared = std::numeric_limits<double>::infinity();
 };
-/// Closest point, on the lowest of equally near facets. `near`: a nearby facet, if known. The result has an invalid
-/// facet if the boundary is empty.
+/// Returns the closest point to p, on the lowest of equally near facets. `near`: a nearby facet, if known. The result
+/// has an invalid facet if the boundary is empty.
 template <int D>
 [[nodiscard]] BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, FacetId near = {});
 
-/// Samples the geometry over a mesh: `GeometryModel::surface_points` on a lattice of each facet, `on_edge` on each edge
-/// between two surfaces. Parts of the geometry without facets are not sampled. Errors: `features` of another mesh
-/// (internal), stopped.
+/// Samples the geometry over a mesh: over a lattice on each facet (`GeometryModel::surface_points`), and along each
+/// edge between two surfaces (`on_edge`). Parts of the geometry without facets are not sampled. Errors: `features` of
+/// another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> sample_over_mesh(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                            const Geometry<D>& geometry, const Execution& execution);
 
-/// Distances from points of the boundary to the geometry, or the reverse (model units).
+/// Distances from points of the boundary to the geometry, or in the reverse direction (model units).
 template <int D>
 struct DirectedDistance {
     std::size_t samples = 0;
     double largest = 0, mean = 0;  ///< mean by area or length
-    Vec<D> from, to;               ///< points with the largest distance
+    Vec<D> from, to;               ///< the two points with the largest distance
     FacetId facet = {};            ///< facet of these points; for a curve, a facet beside it
 };
 
@@ -341,22 +344,23 @@ struct EntityDistances {
     std::size_t pieces = 0;             ///< number of facets, or of edges of a curve
     std::vector<Reference> references;  ///< ascending references of these facets, or of facets beside the curve
     double measure = 0;                 ///< area or length of the straight pieces
-    bool is_flat = false;               ///< true for a plane or line, where it has facets
+    bool is_flat = false;               ///< the entity is a plane or line where it has facets
     DirectedDistance<D> to_geometry, to_boundary;
 };
 
 template <int D>
 struct GeometryDistances {
     std::vector<EntityDistances<D>> entities;      ///< surfaces, then curves
-    DirectedDistance<D> to_geometry, to_boundary;  ///< all surfaces
-    /// One per facet: largest distance from the geometry, and largest distance of the geometry's samples whose closest
-    /// facet it is (0: none).
+    DirectedDistance<D> to_geometry, to_boundary;  ///< over all surfaces
+    /// Largest distances, one per facet. `of_facets`: of the facet from the geometry. `to_facets`: of the geometry's
+    /// samples whose closest facet it is; 0 without samples.
     Column<double> of_facets, to_facets;
 };
 
-/// From the boundary, facets are sampled as by `boundary_distance`, edges on curves at tenths of their parameter. From
-/// the geometry, each sample is measured to the closest curved facet, samples of a curve to its closest mesh edge, if
-/// any. Errors: `features` or `mid_nodes` of another mesh (internal), stopped.
+/// Measures distances from the boundary to the geometry and back. From the boundary, facets are sampled as in
+/// `boundary_distance`, and edges on curves at multiples of 1/10 of their parameter. From the geometry, each sample is
+/// measured to the closest curved facet. Samples of a curve are measured to its closest mesh edge, if it has one.
+/// Errors: `features` or `mid_nodes` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<GeometryDistances<D>> two_sided_distances(
     const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,

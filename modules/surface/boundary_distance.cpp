@@ -16,8 +16,8 @@ namespace {
 
 template <int D>
 constexpr const auto& lattice = facet_lattice<10, D>;
-/// Test points for skipping facets. Each of these distances over an edge's parameter s reaches 0.92 of its maximum at
-/// one of the test points.
+/// Test points that decide whether a facet is skipped. Typical distances along an edge with parameter s are listed
+/// below. Each reaches 0.92 of its maximum at a test point.
 /// - s (1 − s): a straight edge
 /// - s (s − 1/2) (s − 1): a quadratic edge
 /// - s (1 − s) (s − 1/2)²: an arc through its top
@@ -155,7 +155,7 @@ double longest_edge(std::span<const FacetSite<D>> facets) {
     return longest;
 }
 
-/// Distance of a node from the geometry, or from the input's node if no surface is prescribed.
+/// Distance of a node from the geometry, or from its own node in the input if no surface is prescribed.
 template <int D>
 double node_distance(const EdgeSite<D>& site, const Vec<D>& node, const Geometry<D>& geometry,
                      std::span<const LagrangeNode<D>> own_nodes) {
@@ -218,7 +218,6 @@ Outcome<BoundaryDeviation> boundary_deviation(const QuadraticMesh<D>& mesh, std:
 
 namespace {
 
-/// The facet is invalid if no distance exceeds the initial one.
 struct FarthestFacet {
     LargestDistance distance;
     FacetId facet = {};
@@ -233,7 +232,6 @@ class MeasuredFacets {
 
     [[nodiscard]] CurvedFacet<D> facet(std::size_t f) const { return curved_facet<D>(mesh_, mid_nodes_, FacetId(f)); }
 
-    /// Finds the largest distance above `least`; measure(total, f) measures facet f.
     template <class Measure>
     [[nodiscard]] Outcome<FarthestFacet> farthest(double least, const Measure& measure,
                                                   const Execution& execution) const {
@@ -256,8 +254,8 @@ class MeasuredFacets {
         add<D>(total, geometry_, facet(f), at);
     }
 
-    /// Skips facets f with !may_exceed(f, largest distance so far), and facets that are near the geometry at the points
-    /// of `coarse_lattice`.
+    /// Finds the largest distance. Skips facets f for which may_exceed(f, largest distance so far) is false, and facets
+    /// that are near the geometry at the points of `coarse_lattice`.
     template <class MayExceed>
     [[nodiscard]] Outcome<LargestDistance> largest(const MayExceed& may_exceed, const Execution& execution) const {
         // The facet with the farthest middle gives a bound that excludes most points of other facets.
@@ -290,8 +288,8 @@ class MeasuredFacets {
     const Geometry<D>& geometry_;
 };
 
-/// Upper bound on the distance between points with equal barycentric coordinates; infinity if vertices differ. Σ 2 ξ_i
-/// ξ_j is at most (D − 1)/D.
+/// Upper bound on the distance between points of facets a and b with equal barycentric coordinates ξ; infinity if
+/// vertices differ. It uses Σ_(i<j) 2 ξ_i ξ_j ≤ (D − 1)/D.
 template <int D>
 double distance_bound(const QuadraticSimplex<D - 1, D>& a, const QuadraticSimplex<D - 1, D>& b) {
     double largest = 0;

@@ -21,10 +21,10 @@ namespace camber {
 
 template <int D>
 Vec<D> node_without_cusp(const GeometryModel<D>& geometry, const EdgeSite<D>& edge) {
-    constexpr double right_angle = 0.25;  // largest distance of the node from the chord's middle, over the chord, for a
-                                          // quadratic edge that turns by 90 degrees
-    constexpr double forwards = 0.2;      // largest shift of the node along the chord, over the chord, for which the
-                                          // end tangents are not zero
+    constexpr double right_angle = 0.25;  // distance of node and chord's middle, divided by the chord, at which a
+                                          // quadratic edge turns by 90 degrees
+    constexpr double forwards = 0.2;      // limit of the node's shift along the chord, divided by the chord; a shift of
+                                          // 0.25 makes an end tangent zero
     const Vec<D> node = geometry.middle_of(edge), middle = edge.middle();
     const Vec<D> chord = edge.ends[1] - edge.ends[0];
     const double length = norm(chord), limit = off_limit * length;
@@ -66,7 +66,7 @@ Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, co
 
 namespace {
 
-/// The plane of all facets at a surface edge, in which the edge's node may slide.
+/// Returns the common plane of all facets at a surface edge, in which the edge's node may slide.
 template <int D>
 std::optional<Plane<D>> plane_of(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Incidence<FacetId>& shells,
                                  const Features<D>& features, const Geometry<D>& geometry, std::size_t e) {

@@ -15,7 +15,8 @@ namespace camber {
 
 namespace {
 
-/// Position of the multi-index β + e_i of degree N, for each β of degree N − 1 and each i.
+/// For each multi-index β of degree N − 1 and each i: position of the multi-index β + e_i of degree N. e_i is the unit
+/// multi-index of ξ_i.
 template <int N, int K>
 constexpr auto raised = [] {
     std::array<std::array<int, K + 1>, node_count<N - 1, K>> table{};
@@ -37,7 +38,6 @@ std::array<Vec<D>, node_count<N - 1, K>> reduced(const std::array<Vec<D>, node_c
     return out;
 }
 
-/// Point of a net of degree 1, where the control point of ξ_i has index i.
 template <int K, int D>
 Vec<D> combined(const std::array<Vec<D>, K + 1>& net, const Barycentric<K>& xi) {
     Vec<D> p;
@@ -132,8 +132,9 @@ struct Model {
     }
 };
 
-/// Quadratic model of ½|r|², r = F − p, with g_a = r·F_a and H_ab = F_a·F_b + r·F_ab. The last term is omitted if H
-/// would be indefinite.
+/// Quadratic model of ½|r|² for r = F − p, where F is the simplex's point and F_a, F_ab are its derivatives. The
+/// gradient is g_a = r · F_a, the matrix H_ab = F_a · F_b + r · F_ab. The last term is omitted if H would be
+/// indefinite.
 template <int K, int D>
 Model<K> model_at(const CubicExpansion<K, D>& x) {
     Model<K> m;
@@ -153,7 +154,6 @@ Model<K> model_at(const CubicExpansion<K, D>& x) {
     }
 }
 
-/// Minimum of the model on the segment from `from` to `from + along`, as a step.
 template <int K>
 std::array<double, K> min_on_segment(const Model<K>& m, const std::array<double, K>& from,
                                      const std::array<double, K>& along) {
@@ -173,7 +173,6 @@ std::array<double, K> min_on_segment(const Model<K>& m, const std::array<double,
     return d;
 }
 
-/// Step from u to the minimum of the model over the simplex.
 std::array<double, 1> min_step(const Model<1>& m, const std::array<double, 1>& u) {
     return min_on_segment<1>(m, {-u[0]}, {1});
 }
@@ -191,7 +190,6 @@ std::array<double, 2> min_step(const Model<2>& m, const std::array<double, 2>& u
     return best;
 }
 
-/// Applies a step. Coordinates within rounding of the boundary are set onto the boundary; the sum stays 1.
 template <int K>
 Barycentric<K> moved(const Barycentric<K>& xi, const std::array<double, K>& d, double factor) {
     constexpr double rim = 1e-15;
@@ -206,7 +204,8 @@ Barycentric<K> moved(const Barycentric<K>& xi, const std::array<double, K>& d, d
     return out;
 }
 
-/// Control points of the derivative F_a, whose hull contains F_a: 3 (c_{α+e_a} − c_{α+e_0}) for α of degree 2.
+/// Control points of the derivatives F_a: 3 (c_{α+e_a} − c_{α+e_0}) for α of degree 2, with the simplex's control
+/// points c and unit multi-indices e_a. Their convex hull contains F_a.
 template <int K, int D>
 std::array<std::array<Vec<D>, K>, node_count<2, K>> control_gradients(const CubicSimplex<K, D>& simplex) {
     std::array<std::array<Vec<D>, K>, node_count<2, K>> out{};
@@ -221,8 +220,8 @@ std::array<std::array<Vec<D>, K>, node_count<2, K>> control_gradients(const Cubi
     }
     return out;
 }
-/// Control points of the derivative F_ab, whose hull contains F_ab: 2 (g_{α+e_b} − g_{α+e_0}) for corners α, with the
-/// control points g of F_a.
+/// Control points of the second derivatives F_ab: 2 (g_{α+e_b} − g_{α+e_0}) for a corner α, with the control points g
+/// of F_a. The hull over all corners contains F_ab.
 template <int K, int D>
 std::array<std::array<Vec<D>, K>, K> control_hessian(
     const std::array<std::array<Vec<D>, K>, node_count<2, K>>& gradients, std::size_t corner) {
@@ -239,7 +238,8 @@ std::array<std::array<Vec<D>, K>, K> control_hessian(
     return out;
 }
 
-/// Matrix L⁻¹ to coordinates in which the mean JᵀJ = L Lᵀ is the identity.
+/// Matrix L⁻¹ of the factorisation JᵀJ = L Lᵀ for a Jacobian matrix J. It transforms the columns of J into orthonormal
+/// vectors.
 template <int K>
 using Whitening = std::array<std::array<double, K>, K>;  // lower triangular
 template <int K, int D>
@@ -266,9 +266,9 @@ std::array<Vec<D>, K> whitened(const Whitening<K>& w, const std::array<Vec<D>, K
     return out;
 }
 
-/// True if ½|F − p|² is certainly convex over the simplex. In coordinates where the mean J is orthonormal, its Hessian
-/// JᵀJ + Σ r·F'' is at least (1 − max‖ΔJ‖)² − max|r| max‖F''‖. ΔJ is the difference from the mean; maxima are over
-/// control points.
+/// True if ½|r|² with r = F − p is certainly convex over the simplex. In coordinates in which the mean Jacobian matrix
+/// J is orthonormal, eigenvalues of the Hessian JᵀJ + Σ r · F'' are at least (1 − max‖ΔJ‖)² − max|r| max‖F''‖. ΔJ is
+/// the difference from the mean. The maxima are over control points.
 template <int K, int D>
 bool is_distance_convex(const CubicSimplex<K, D>& simplex, const Vec<D>& p) {
     const auto gradients = control_gradients<K, D>(simplex);
@@ -381,8 +381,7 @@ namespace {
 
 using PointPack = std::array<Pack, 3>;
 
-/// Coefficients of F − P_300 for the powers u^i v^j of u = ξ_1, v = ξ_2: 3!/((3−i−j)! i! j!) times the differences
-/// Δ_1^i Δ_2^j.
+/// Power form of a cubic triangle: F = `origin` + Σ c_ij u^i v^j with u = ξ_1 and v = ξ_2. For example, `uuv` is c_21.
 struct Powers {
     Vec<3> origin;
     Vec<3> u, v, uu, uv, vv, uuu, uuv, uvv, vvv;
@@ -416,7 +415,8 @@ Powers powers_of(const CubicSimplex<2, 3>& simplex) {
     return r;
 }
 
-/// Derivatives of half the squared distance: gradient g; second derivatives m without, and h with, the term r · F_ab.
+/// Derivatives of ½|r|² by u and v for r = F − p: gradient g, second derivatives h, and second derivatives m without
+/// the term r · F_ab.
 struct ModelPack {
     Pack gu{}, gv{};
     Pack muu{}, muv{}, mvv{};
@@ -443,7 +443,6 @@ struct ModelPack {
     return m;
 }
 
-/// Distances by Newton's method; NaN where it does not converge well inside the triangle.
 [[nodiscard, gnu::always_inline]] inline Pack distances_of(const Powers& f, Pack u, Pack v, const PointPack& p) {
     constexpr int max_steps = 8;
     constexpr double last_step = 1e-7;  // the next step would be about the square of this one

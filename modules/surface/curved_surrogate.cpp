@@ -18,7 +18,6 @@ namespace camber {
 
 namespace {
 
-/// Corners of the pieces of a quadratic facet cut at its nodes; the middle piece last.
 template <int K>
 constexpr std::array<std::array<Barycentric<K>, 2>, 2> pieces_of_facet{
     {{{{1, 0}, {0.5, 0.5}}}, {{{0.5, 0.5}, {0, 1}}}}};
@@ -29,9 +28,9 @@ constexpr std::array<std::array<Barycentric<2>, 3>, 4> pieces_of_facet<2>{
      {{{0.5, 0, 0.5}, {0, 0.5, 0.5}, {0, 0, 1}}},
      {{{0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}}}};
 
-/// The boundary of a quadratic mesh, cut at its nodes into a straight mesh. Vertices keep their numbers; nodes of
-/// boundary edges follow, in the order of edges. Pieces of facet f start at f × pieces. They inherit the features, and
-/// the file's directions and breaks.
+/// The boundary of a quadratic mesh as a straight mesh: facets are cut at their nodes. Vertices keep their numbers;
+/// nodes of boundary edges follow, in the order of edges. The first piece of facet f is f × `pieces`. Pieces inherit
+/// the features, and the file's directions and breaks.
 template <int D>
 struct CutBoundary {
     static constexpr std::size_t pieces = pieces_of_facet<D - 1>.size();
@@ -47,9 +46,8 @@ struct UncutBoundary {
     const EdgeSet<D>& edges;
     const Features<D>& features;
     std::vector<EdgeId> rows;           ///< boundary edges, ascending
-    std::vector<VertexId> middle_of{};  ///< vertex made of each edge's node
+    std::vector<VertexId> middle_of{};  ///< vertex at the node of each edge
 
-    /// `place`: a corner of f or the middle of an edge.
     [[nodiscard]] VertexId vertex_at(FacetId f, const Barycentric<D - 1>& place) const {
         const auto at = [&](int i) { return place[static_cast<std::size_t>(i)]; };
         for (int i = 0; i < D; ++i)
@@ -72,7 +70,6 @@ UncutBoundary<D> uncut_boundary(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
     return out;
 }
 
-/// Copies the breaks that the file lists: vertices in 2D, both halves of an edge in 3D.
 void list_breaks(const UncutBoundary<2>& uncut_boundary, LinearMesh<2>& pieces) {
     Buffer<VertexId> corners(uncut_boundary.mesh.corners.begin(), uncut_boundary.mesh.corners.end());
     for (const std::uint32_t f : uncut_boundary.mesh.ridges)
@@ -155,7 +152,6 @@ Features<D> features_of_pieces(const UncutBoundary<D>& uncut_boundary, const Lin
     return out;
 }
 
-/// Errors: those of `unique_edges`, stopped.
 template <int D>
 Outcome<CutBoundary<D>> cut_at_nodes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                      std::span<const LagrangeNode<D>> nodes, const Execution& execution) {
@@ -181,7 +177,6 @@ double angle_between(const Vec<D>& a, const Vec<D>& b) {
     return atan2(norm(a - b), norm(a + b)) * 2;
 }
 
-/// True if both facets have the same orientation: they traverse their edge in opposite directions.
 template <int D>
 bool sides_agree(const LinearMesh<D>& mesh, const std::array<FacetId, 2>& facets, VertexId a, VertexId b) {
     const auto is_forward = [&](FacetId f) {
@@ -213,7 +208,6 @@ struct Kinks {
 template <int D>
 using NormalOfFacet = std::function<Vec<D>(FacetId, const Barycentric<D - 1>&)>;
 
-/// Two adjacent facets of one patch, with their edge from a to b (2D: their vertex a).
 struct AdjacentFacets {
     std::array<FacetId, 2> facets;
     VertexId a, b;
@@ -275,8 +269,8 @@ Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>
     return of_patches;
 }
 
-/// Inner control points (4m − b)/3 and (4m − a)/3 of the quadratic edge from a to b through m; exactly straight if m is
-/// the midpoint.
+/// Inner control points (4m − b)/3 and (4m − a)/3 of the quadratic edge from a to b through m. They are exactly on the
+/// chord if m is its midpoint.
 template <int D>
 std::array<Vec<D>, 2> raised(const Vec<D>& a, const Vec<D>& m, const Vec<D>& b) {
     const Vec<D> third = (b - a) / 3;
@@ -331,7 +325,8 @@ std::array<Vec<D>, edges_per_simplex<D - 1>> nodes_of_piece(const CubicSimplex<D
     return nodes;
 }
 
-/// One flag per patch; 1: some node is off the surrogate's edge middle, and some node is off its chord's middle.
+/// One flag per patch; 1: the patch has own curves. Some node is then off the middle of its surrogate edge, and some
+/// node is off the middle of its chord.
 template <int D>
 std::vector<std::uint8_t> patches_with_curves(const BoundaryCurves<D>& mesh, const Surrogate<D>& surrogate) {
     constexpr double same = 1e-6;  // relative to the chord
@@ -351,7 +346,6 @@ std::vector<std::uint8_t> patches_with_curves(const BoundaryCurves<D>& mesh, con
     return found;
 }
 
-/// Nodes of the file on edges of patches with curves; on other edges the edge middles of `straight`.
 template <int D>
 Buffer<LagrangeNode<D>> interpolated_nodes(const BoundaryCurves<D>& mesh, const Surrogate<D>& straight,
                                            std::span<const std::uint8_t> own) {
@@ -392,7 +386,6 @@ Outcome<std::vector<std::uint8_t>> kinked_patches(const BoundaryCurves<D>& mesh,
     return kinked;
 }
 
-/// Replaces the pieces of kinked patches by parts of the mesh's own facets.
 template <int D>
 Outcome<Done> restore_own_facets(const BoundaryCurves<D>& mesh, const CutBoundary<D>& cut,
                                  std::span<const std::uint8_t> kinked, Surrogate<D>& surrogate,

@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Degree elevation: c_α = Σ_i α_i/3 P_{α − e_i}.
+/// Raises the degree of a quadratic simplex with control points P: c_α = Σ_i α_i/3 P_{α − e_i}.
 template <int K, int D>
 CubicSimplex<K, D> raised(const QuadraticSimplex<K, D>& simplex) {
     CubicSimplex<K, D> out;
@@ -89,7 +89,6 @@ BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, F
 
 namespace {
 
-/// Sort key: surfaces, then curves, then others. Numbered curves compare without their sides.
 auto entity_order(const GeometryEntity& entity) {
     const int rank = entity.kind == GeometryKind::surface ? 0 : entity.kind == GeometryKind::curve ? 1 : 2;
     const bool by_sides = entity.id == GeometryEntity::unnumbered;
@@ -146,7 +145,6 @@ void project_curved(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry, c
         out[k] = geometry->project({.reference = site.reference, .entity = entity}, shape.point(lattice[k])).point;
 }
 
-/// Errors: stopped.
 template <int D>
 Outcome<PiecesOfEntities<D>> find_on_entities(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                               const Geometry<D>& geometry, const Execution& execution) {
@@ -231,7 +229,6 @@ constexpr int edge_intervals = 10;
 template <int D>
 constexpr const auto& tenths = facet_lattice<10, D>;
 
-/// Distances of one piece: the largest with its points, and the weighted sum.
 template <int D>
 struct Part {
     double largest = 0, sum = 0, weight = 0;
@@ -297,7 +294,7 @@ Part<D> measure_facet(const DistanceProblem<D>& q, const GeometryEntity& entity,
     return part;
 }
 
-/// Measures an edge from its curve, at tenths of the parameter.
+/// Measures the distance of a mesh edge from its curve of the geometry, at multiples of 1/10 of the parameter.
 template <int D>
 Part<D> measure_edge(const DistanceProblem<D>& q, const PiecesOfEntities<D>& on, std::size_t e) {
     const EdgeSite<D> site = on.site(q.mesh, q.features, e);
@@ -320,7 +317,6 @@ Part<D> measure_edge(const DistanceProblem<D>& q, const PiecesOfEntities<D>& on,
     return part;
 }
 
-/// Mesh edges of a curve, as cubics for closest-point searches.
 template <int D>
 struct CurvedEdges {
     std::vector<CubicSimplex<1, D>> curves;

@@ -18,7 +18,7 @@ namespace camber {
 
 namespace {
 
-/// Union-find sets, named by their lowest members.
+/// Disjoint sets, each identified by its lowest member.
 class DisjointSets {
   public:
     explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0U); }
@@ -36,7 +36,6 @@ class DisjointSets {
     std::vector<std::uint32_t> parent_;
 };
 
-/// Returns the number of each member's set, from 0, and the number of sets.
 std::pair<Buffer<std::uint32_t>, std::size_t> numbered(DisjointSets& sets, std::size_t n) {
     Buffer<std::uint32_t> numbers(n);
     std::size_t count = 0;
@@ -59,7 +58,6 @@ Vec<D> near_one(Vec<D> direction) {
     return direction;
 }
 
-/// True if the angle between two vectors exceeds that of `cosine`; false for zero vectors.
 template <int D>
 bool turns(const Vec<D>& from, const Vec<D>& to, double cosine) {
     const Vec<D> a = near_one(from), b = near_one(to);
@@ -69,7 +67,6 @@ bool turns(const Vec<D>& from, const Vec<D>& to, double cosine) {
 
 double cosine_of(double degrees) { return cos(degrees * std::numbers::pi / 180); }
 
-/// Direction from an edge to the facet's third vertex, perpendicular to the edge.
 Vec<3> away_from_edge(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId, 2>& edge) {
     const Vec<3> a = mesh.points[edge[0]];
     const Vec<3> e = near_one(mesh.points[edge[1]] - a);
@@ -113,8 +110,8 @@ Break break_at(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, s
     return turns(d0, -d1, limits.mild) ? Break::mild : Break::smooth;
 }
 
-/// Applies edges that the file lists: its ridges on the boundary are sharp at any angle, mild turns at its other edges
-/// are sharp.
+/// Applies the edges that the file lists. Ridges of the file on the boundary are sharp at any angle. Mild turns at
+/// other edges of the file are sharp.
 void apply_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buffer<Break>& breaks) {
     for (const EdgeId e : edges.of_edges)
         if (breaks[e.index()] == Break::mild) breaks[e.index()] = Break::sharp;
@@ -178,7 +175,6 @@ constexpr EdgeKind curve_kind = D == 3 ? EdgeKind::ridge : EdgeKind::surface;
 
 VertexId other_end(const std::array<VertexId, 2>& edge, VertexId v) { return edge[0] == v ? edge[1] : edge[0]; }
 
-/// Number of curve edges at a vertex, and positions of the first two in the list of curve edges.
 struct CurveEdges {
     std::uint32_t count = 0;
     std::array<std::uint32_t, 2> places{};
@@ -219,9 +215,10 @@ std::array<Vec<3>, 2> directions_at(const LinearMesh<3>& mesh, FacetId f, std::s
             normalised(near_one(mesh.points[v[(i + 2) % 3]] - mesh.points[v[i]]))};
 }
 
-/// Finds tips of cones among vertices without ridges. The integral of unit directions over a triangle's angle at a
-/// vertex is (a + b) tan(θ/2). The sum over triangles is 0 at a vertex of a plane and along the axis at a tip, for any
-/// facet orientation. All edges leave a tip towards this sum, with a sine above `limit`, the sine of the ridge angle.
+/// Finds tips of cones among vertices without ridges. For a triangle with unit edge vectors a and b and the angle θ
+/// between them, the integral of unit directions over the angle is (a + b) tan(θ/2). Let m be the sum over the
+/// triangles at a vertex: 0 in a plane, and along the axis at a tip, for any facet orientation. At a tip, d · m >
+/// `limit` |m| for the direction d of each edge. `limit`: sine of the ridge angle.
 std::vector<std::uint8_t> find_tips(const LinearMesh<3>& mesh, const std::vector<CurveEdges>& around, double limit) {
     std::vector<Vec<3>> means(mesh.points.size());
     const auto each_corner = [&](auto&& use) {
@@ -272,7 +269,7 @@ struct ClassifiedEdges {
     const Buffer<EdgeKind>& kinds;
 };
 
-/// Walks around v from facet f, away from the edge `from` (invalid: either way), until a ridge or f.
+/// Walks around v from facet f until a ridge or f. The first step does not cross the edge `from`, if valid.
 Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, VertexId v, FacetId f, EdgeId from) {
     const auto& [edges, shells, kinds] = of_mesh;
     Sheet sheet;
@@ -292,8 +289,8 @@ Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, Ve
     return sheet;
 }
 
-/// True if all sheets of smoothly connected facets at v end at its two ridges, or if v has one sheet and no ridge.
-/// Otherwise another surface touches v, such as a baffle tip on a wall.
+/// True if the two ridges at v bound all sheets at v, or if v has one sheet and no ridge. Otherwise another surface
+/// touches v, such as a baffle tip on a wall.
 bool is_bounded_by_ridges(const ClassifiedEdges<3>& edges, const FacetsAtVertex& at, VertexId v,
                           std::span<const EdgeId> ridges) {
     if (ridges.empty()) return sheet_from(edges, at, v, at.one, {}).facets == at.count;
@@ -305,7 +302,6 @@ bool is_bounded_by_ridges(const ClassifiedEdges<3>& edges, const FacetsAtVertex&
     }
     return facets == at.count;
 }
-/// In 2D the number of facets decides.
 bool is_bounded_by_ridges(const ClassifiedEdges<2>&, const FacetsAtVertex&, VertexId, std::span<const EdgeId>) {
     return true;
 }
@@ -369,7 +365,6 @@ std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<3>& 
     return numbered(sets, mesh.facets.size());
 }
 
-/// In 2D patches are curves, renumbered in the order of facets.
 std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<2>& mesh, const EdgeSet<2>& edges,
                                                            const Incidence<FacetId>& shells,
                                                            std::span<const EdgeId> of_facets, const Buffer<EdgeKind>&,
@@ -455,8 +450,7 @@ Vec<D> farthest(std::span<const Vec<D>> points, Measure&& measure) {
     return best;
 }
 
-/// Normal of the line (3D: plane) through the points that are farthest apart. Bitwise equal components give exact
-/// zeros.
+/// Normal of the line (3D: plane) through points that are far apart. Bitwise equal coordinates give exact zeros.
 Vec<2> spanned_normal(std::span<const Vec<2>> points) {
     const Vec<2> a = farthest(points, [&](const Vec<2>& p) { return norm_squared(p - points[0]); });
     const Vec<2> b = farthest(points, [&](const Vec<2>& p) { return norm_squared(p - a); });

@@ -38,16 +38,16 @@ inline constexpr std::uint32_t no_feature = 0xffffffffU;
 /// - The file lists the edge among `ridges`.
 /// - It does not have exactly two facets.
 /// - Its facets have different references.
-/// - Its facets turn by more than the ridge angle. At unlisted edges of a coarse mesh, turns below 1.5 times this angle
-///   do not count: around a facet with three such edges, or at an edge that meets no other ridge.
+/// - Its facets turn by more than the ridge angle. At an edge that is not listed, a turn below 1.5 times this angle
+///   does not count if a facet has three such edges, or if the edge meets no other ridge.
 ///
 /// Other listed edges are of kind `surface`. Corners are vertices in any of these cases:
 /// - The file lists the vertex.
 /// - It has ridges, but not exactly two, or its two ridges turn by more than the corner angle.
-/// - It has no ridge and is the tip of a cone: all edges of its facets leave the plane across their mean direction, to
-///   one side, by more than the ridge angle.
+/// - It has no ridge and is the tip of a cone. All its edges are on one side of the plane perpendicular to their mean
+///   direction, at more than the ridge angle.
 /// - Surfaces touch there, as at the end of a baffle's rim on a wall. Some sheet (facets connected across edges other
-///   than ridges) is not bounded by both ridges, or there are several sheets and no ridge.
+///   than ridges) is then not bounded by both ridges, or there are several sheets and no ridge.
 ///
 /// Patches are sets of facets connected across edges other than ridges. Curves are chains of ridges between corners.
 ///
@@ -86,7 +86,7 @@ template <int D>
 struct FlatPatch {
     Vec<D> point, normal;
     double tolerance = 0;  ///< points nearer to the plane are on it
-    int axis = -1;         ///< axis of an exactly axis-aligned normal
+    int axis = -1;         ///< axis of an exactly axis-aligned normal, or −1
 
     [[nodiscard]] inline bool is_flat() const { return norm_squared(normal) > 0; }
     /// Signed distance from the plane; 0 within the tolerance.
@@ -113,7 +113,7 @@ template <int D>
 
 namespace camber {
 
-/// Distances below this share of a set's size are zero; coordinates have errors of a few ulps.
+/// Distances below this share of a point set's size count as zero, because coordinates have errors of a few ulps.
 inline constexpr double flat_tolerance = 1e-12;
 inline constexpr double coordinate_ulps = 1e-15;
 
@@ -129,10 +129,10 @@ struct MeshBoundary {
     const Incidence<FacetId>& shells;
 };
 
-/// Smooth sides of vertices. A fan is a set of facets around a vertex, connected across edges other than ridges. A
-/// vertex inside a patch has one fan, a ridge vertex one fan per side, even within one patch. A pointed fan has no
-/// tangent plane: a facet turns from the angle-weighted mean normal by more than 20° (between two ridges 40°). Corners,
-/// tips of cones, and their halves beside a plane are pointed.
+/// Fans of the boundary at its vertices. A fan is a set of facets around a vertex that are connected across edges other
+/// than ridges. A vertex inside a patch has one fan. A ridge vertex has one fan per side, even within one patch. A fan
+/// is pointed if it has no tangent plane, as at a cone's tip: at a corner, a facet turns from the angle-weighted mean
+/// normal by more than 20° (between two ridges 40°).
 struct Fans {
     Column<std::array<std::uint32_t, 3>> of_facets;  ///< fan of each facet corner
     Incidence<FacetId> facets;
@@ -147,9 +147,9 @@ struct Fans {
 [[nodiscard]] Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                                       const Incidence<FacetId>& shells, const Execution& execution);
 
-/// Limits of a search for fans in rings around a fan, nearest first. The search takes at least `min_rings` rings, then
-/// up to `max_rings` until `enough` fans are found. It does not enter facets that turn away from `normal`, nor pass
-/// through pointed fans.
+/// Limits of a search for fans around a fan, ring by ring. The search takes at least `min_rings` rings, then up to
+/// `max_rings` until `enough` fans are found. It does not enter facets that turn away from `normal`, nor pass through
+/// pointed fans.
 struct RingOptions {
     std::size_t enough = 18, most = 80;
     int min_rings = 2, max_rings = 4;
@@ -157,7 +157,7 @@ struct RingOptions {
 [[nodiscard]] std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan,
                                                const Vec<3>& normal, const RingOptions& options);
 
-/// Twice the area times the unit normal, oriented as the patch.
+/// Twice the facet's area times its unit normal, oriented like its patch.
 [[nodiscard]] Vec<3> area_vector(const LinearMesh<3>& mesh, const Fans& fans, FacetId f);
 
 /// Index of v in the facet; 0 if absent.
@@ -186,9 +186,9 @@ enum class GeometryWarning : std::uint8_t {
     near_ridge,      ///< an edge (2D: vertex) that turns slightly less than a ridge
     mild_ridge,      ///< a ridge by angle alone, slightly above the limit
     knife_edge,      ///< facets nearly folded onto each other
-    tip,             ///< cone tip: all facets are steep to the vertex normal
-    spread_normals,  ///< some facets are steep to the vertex normal
-    turned_facet,    ///< facet normal far from its vertex normals
+    tip,             ///< cone tip: the normals of all facets are far from the vertex normal
+    spread_normals,  ///< the normals of some facets are far from the vertex normal
+    turned_facet,    ///< the facet's normal is far from the normals of its vertices
 };
 inline constexpr std::size_t geometry_warning_count = 6;
 [[nodiscard]] constexpr auto words(GeometryWarning) {
@@ -212,7 +212,7 @@ struct InspectionLimits {
     double ridge_angle = 40;
     double near = 0.75;       ///< turns from `near` to 1/`near` times the ridge angle are near this angle
     double knife_edge = 150;  ///< smallest turn of a knife edge
-    double normals = 40;      ///< largest angle to the vertex normal
+    double normals = 40;      ///< largest accepted angle between facet normal and vertex normal
 };
 
 template <int D>
@@ -223,8 +223,8 @@ struct BoundaryInspection {
     std::size_t smooth_listed_edges = 0;  ///< listed edges other than ridges (3D)
     std::size_t interface_facets = 0;     ///< facets with elements on both sides
     std::size_t isolated_facets = 0;      ///< facets without elements, if the mesh has elements
-    /// Edges (2D: a vertex, twice). `open`: with one facet; `crowded`: with more than two; `turned`: with two facets of
-    /// opposite orientation.
+    /// Ends of edges (2D: a vertex, twice). `open`: edges with one facet; `crowded`: with more than two; `turned`: with
+    /// two facets of opposite orientation.
     std::vector<std::array<VertexId, 2>> open, crowded;
     struct Turned {
         std::array<VertexId, 2> edge;

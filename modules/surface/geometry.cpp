@@ -16,7 +16,6 @@ namespace camber {
 
 namespace {
 
-/// Distinct surfaces of facets; `unnumbered` stands for facets without a surface.
 template <int D>
 std::vector<std::int64_t> surfaces_of(const GeometryModel<D>& model, std::span<const FacetSite<D>> facets) {
     std::vector<std::int64_t> found;
@@ -27,7 +26,6 @@ std::vector<std::int64_t> surfaces_of(const GeometryModel<D>& model, std::span<c
     return found;
 }
 
-/// Entity where surfaces meet: a curve for two, an entity of kind `of_more` for more.
 GeometryEntity entity_of(const std::vector<std::int64_t>& surfaces, GeometryKind of_more) {
     if (surfaces.empty() || surfaces.back() == GeometryEntity::unnumbered) return {};
     if (surfaces.size() == 1) return GeometryEntity::surface(surfaces[0]);
@@ -185,14 +183,16 @@ namespace {
 /// Smallest cosine between normals of equal planes (rounding).
 constexpr double same_plane = 1 - 1e-12;
 
-constexpr double farthest_start = 1e-4;   // relative to the chord
-constexpr double min_tangent = 0.2;       // sine of the angle between the edge and the normal
-constexpr double farthest_foot = 0.5;     // relative to a step; beyond it the step exceeds the radius of curvature
-constexpr double largest_sideways = 0.1;  // relative to a step; a foot that is not perpendicular is on a rim
-constexpr double longest_move = 2;        // relative to a step
-constexpr double min_cosine = 0.5;        // between the normals, or tangents, before and after a step
-constexpr double difference = 1e-4;       // relative to the chord; step of difference quotients for curves without
-                                          // parameters
+constexpr double farthest_start = 1e-4;   // largest distance of a node from the sheet, relative to the chord
+constexpr double min_tangent = 0.2;       // smallest sine of the angle between the edge and the normal
+constexpr double farthest_foot = 0.5;     // largest distance of a moved point from the sheet, relative to the step;
+                                          // larger steps exceed the radius of curvature
+constexpr double largest_sideways = 0.1;  // largest tangential offset of a moved point from its closest point, relative
+                                          // to the step; larger offsets occur at rims
+constexpr double longest_move = 2;        // largest move of the closest point, relative to the step
+constexpr double min_cosine = 0.5;        // smallest cosine between the normals, or tangents, before and after a step
+constexpr double difference = 1e-4;       // step of difference quotients for curves without parameters, relative to the
+                                          // chord
 
 template <int D>
 bool is_same(const GeometryEntity& a, const GeometryEntity& b) {
@@ -239,7 +239,7 @@ EdgeSheet<D>::EdgeSheet(const GeometryModel<D>& geometry, const EdgeSite<D>& edg
         kind_ = Kind::plane;
         return;
     }
-    // The edge is on a line: any planar edge in 2D, an edge between planes, or the rim of a plane.
+    // The edge is on a line in these cases: any planar edge in 2D, an edge between planes, the rim of a plane.
     if (plane_ || (D == 3 && std::ranges::all_of(edge.facets, is_plane))) return;
     entity_ = geometry.entity_at_edge(edge);
     if (entity_.kind == GeometryKind::surface && (D == 2 || edge.kind == EdgeKind::surface)) kind_ = Kind::surface;
@@ -340,7 +340,7 @@ SurfaceFoot<D> EdgeSheet<D>::foot(const SheetPosition<D>& near, const Vec<D>& p)
 template <int D>
 bool EdgeSheet<D>::has_left_facets(const SheetPosition<D>& from, const SheetPosition<D>& to) const {
     if (from.facet == to.facet) return false;
-    // If the surrogate is of this mesh, both facets at the edge count as the start.
+    // If the surrogate is of this mesh, a move from one facet at the edge to the other does not leave the facets.
     const auto is_at_edge = [&](FacetId facet) {
         return std::ranges::any_of(edge_->facets, [&](const FacetSite<D>& site) { return site.id == facet; });
     };

@@ -89,7 +89,8 @@ template <int D>
     return {p[0], cross(p[1] - p[0], p[2] - p[0])};
 }
 
-/// Point p + α n_a + β n_b on the tangent planes of both feet; empty if these planes are nearly parallel.
+/// Closest point to p on the line where the tangent planes at both feet intersect; empty if these planes are nearly
+/// parallel.
 [[nodiscard]] inline std::optional<Vec<3>> closest_on_both_planes(const SurfaceFoot<3>& a, const SurfaceFoot<3>& b,
                                                                   const Vec<3>& p) {
     constexpr double min_sine_squared = 0.003;
@@ -101,9 +102,9 @@ template <int D>
     return p + alpha * a.normal + beta * b.normal;
 }
 
-/// Closest point to p on the intersection curve of two surfaces; `foot_a` and `foot_b` return a SurfaceFoot. Projects p
-/// iteratively onto the intersection of the tangent planes; the last steps only move it back onto both surfaces. Empty
-/// if the surfaces are nearly tangent (below about 3°) or do not meet near p.
+/// Closest point to p on the intersection curve of two surfaces; `foot_a` and `foot_b` return a SurfaceFoot. Iterates
+/// projections of p onto the intersection of the tangent planes. The last steps only move the point back onto both
+/// surfaces. Empty if the surfaces are nearly tangent (below about 3°) or do not meet near p.
 template <class FootA, class FootB>
 [[nodiscard]] std::optional<Vec<3>> closest_on_intersection(FootA&& foot_a, FootB&& foot_b, const Vec<3>& p) {
     constexpr int max_steps = 60;
@@ -135,9 +136,9 @@ export namespace camber {
 /// In 2D, surfaces are the boundary's curves; they meet in corners.
 enum class GeometryKind : std::uint8_t { none, corner, curve, surface };
 
-/// An entity of a geometry. Numbers depend on the implementation: patches and ridge curves of a Surrogate, rows of an
-/// AnalyticGeometry's table (the first of equal ones). MixedGeometry doubles them; `GeometryModel::name_of_entity`
-/// returns the original ones.
+/// An entity of a geometry. Its number depends on the implementation: a patch or ridge curve of a Surrogate, or a row
+/// of AnalyticGeometry's table (the first of equal rows). MixedGeometry uses other numbers;
+/// `GeometryModel::name_of_entity` returns the original ones.
 struct GeometryEntity {
     static constexpr std::int64_t unnumbered = -1;
 
@@ -166,11 +167,11 @@ struct GeometryParameters {
 
 /// Start of a closest-point search.
 ///
-/// - Surrogate: starts at `facet` (local, fast). Without `facet`, searches all facets, or those of `entity`, else of
-///   `reference`.
+/// - Surrogate: starts at `facet` (local, fast). Without `facet`, searches the facets of `entity`, else of `reference`,
+///   else all facets.
 /// - Analytic: uses the surface of `entity`, else of `reference`.
-/// - Mixed: uses the part that owns `entity` or `reference`, else that owns the surrogate's facet (`facet`, or the
-///   nearest).
+/// - Mixed: uses the part that owns `entity` or `reference`. Without both, the surrogate's facet (`facet`, or the
+///   nearest) selects the part.
 ///
 /// Only surfaces count as `entity`; `GeometryModel::on_edge` projects onto curves.
 struct SurfaceHint {
@@ -216,7 +217,8 @@ struct EntityName {
     friend constexpr bool operator==(const EntityName&, const EntityName&) = default;
 };
 
-/// Samples of a geometry, consecutive by entity. Weights are areas or lengths. `near`: a nearby facet, or invalid.
+/// Sample points of a geometry; points of an entity are consecutive. Each weight is the area or length of its point.
+/// `near`: a nearby facet, or invalid.
 template <int D>
 struct GeometrySamples {
     struct Entity {
@@ -287,8 +289,8 @@ class GeometryModel {
   public:
     virtual ~GeometryModel() = default;
 
-    /// Closest point of the surface that the hint selects; without a surface, p with a zero normal. Idempotent up to
-    /// rounding.
+    /// Returns the closest point to p of the surface that the hint selects; without a surface, p with a zero normal.
+    /// Idempotent up to rounding.
     [[nodiscard]] virtual SurfacePoint<D> project(const SurfaceHint& hint, const Vec<D>& p) const = 0;
     /// Surface of a facet, if any. Equal surfaces are one entity.
     [[nodiscard]] virtual GeometryEntity surface_at(const FacetSite<D>& facet) const = 0;
@@ -301,15 +303,16 @@ class GeometryModel {
                                                                  const GeometryParameters& parameters) const;
     /// Entity of an edge. Default: the surface of its facets, or the curve of two surfaces.
     [[nodiscard]] virtual GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const;
-    /// Entity of a vertex with these facets. Default: their surface, the curve of two surfaces, the corner of more.
+    /// Entity of a vertex with these facets. Default: their surface, the curve of two surfaces, or the corner of more
+    /// surfaces.
     [[nodiscard]] virtual GeometryEntity entity_at_vertex(std::span<const FacetSite<D>> around) const;
 
     /// Plane (2D: line) of a facet's surface, if planar. Ridges beside a plane are planar, ridges between two planes
     /// are straight. Default: the facet's own plane if it has no surface.
     [[nodiscard]] virtual std::optional<Plane<D>> plane_at(const FacetSite<D>& facet) const;
     /// Closest point of the surface at an edge, or of the curve where two surfaces meet. Beside a surface, facets
-    /// without a surface count as planes; between planes p is unchanged. Default: by `project`, for curves with both
-    /// tangent planes.
+    /// without a surface count as planes. Between two planes, p is unchanged. Default: by `project`; for curves, also
+    /// by both tangent planes.
     [[nodiscard]] virtual SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const;
     /// Default: `on_edge` of the chord's middle.
     [[nodiscard]] virtual Vec<D> middle_of(const EdgeSite<D>& edge) const;
@@ -319,21 +322,22 @@ class GeometryModel {
     /// happen once.
     [[nodiscard]] virtual bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                          std::span<const Vec<D>> points, std::span<double> out) const;
-    /// The larger of `bound` and the largest of `distances`, up to rounding; empty without a surface. Override it if
-    /// points can be proved within the bound cheaply.
+    /// Returns the larger of `bound` and the largest of `distances`, up to rounding; empty without a surface.
+    /// Implementations that can cheaply prove points within the bound override this function.
     [[nodiscard]] virtual std::optional<LargestDistance> largest_distance(const FacetSite<D>& facet,
                                                                           std::span<const Barycentric<D - 1>> at,
                                                                           std::span<const Vec<D>> points,
                                                                           double bound) const;
-    /// True if each points[i] is within bounds[i] of a facet's surface, or the facet has no surface. Override it if
-    /// upper bounds are cheap.
+    /// True if each points[i] is within bounds[i] of a facet's surface, or the facet has no surface. Implementations
+    /// with cheap upper bounds override this function.
     [[nodiscard]] virtual bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
                                           std::span<const double> bounds) const;
     /// True if all facets with this reference and an invalid `id` have the same surface: one `are_within` call can
     /// serve several facets. Default: false.
     [[nodiscard]] virtual bool is_one_surface(Reference reference) const;
-    /// Points of the geometry over points of a facet: on the facet's own piece, if the surface has pieces, else next to
-    /// the straight facet. Returns false, and writes nothing, without a surface. Default: by `project`.
+    /// Computes points of the geometry that correspond to coordinates of a facet. They are on the facet's own piece, if
+    /// the surface has pieces, else closest to the straight facet. Returns false, and writes nothing, without a
+    /// surface. Default: by `project`.
     [[nodiscard]] virtual bool surface_points(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                               std::span<Vec<D>> out) const;
     /// True if the surface is a curved piece made from this facet; `surface_points` and `middle_of` then give points of
@@ -344,7 +348,7 @@ class GeometryModel {
     [[nodiscard]] SurfaceHint hint_at(const FacetSite<D>& facet, const GeometryEntity& entity = {}) const {
         return {is_built_from(facet) ? facet.id : FacetId{}, facet.reference, entity};
     }
-    /// Distance of a point, where these facets (at least one) meet, from the geometry. Default: the largest distance
+    /// Distance from the geometry of a point p where these facets (at least one) meet. Default: the largest distance
     /// from their surfaces.
     [[nodiscard]] virtual double distance_at_facets(std::span<const FacetSite<D>> meet, const Vec<D>& p) const;
     /// Unit normals of the surface at a facet's vertices, if any. Default: by `project`.
@@ -437,7 +441,8 @@ struct Sheets {
     }
 };
 
-/// Surfaces at an edge: of `first` on facets that it `owns`, elsewhere prescribed surfaces or planes of `rest`.
+/// Returns the sheets at an edge. If owns(facet) is true, the facet's sheet is its surface of `first`, else its
+/// prescribed surface of `rest`, or its plane.
 template <int D, class Owns>
 [[nodiscard]] Sheets<D> sheets_around(const GeometryModel<D>& first, Owns&& owns, const GeometryModel<D>& rest,
                                       const EdgeSite<D>& edge) {
@@ -457,9 +462,10 @@ template <int D, class Owns>
     return around;
 }
 
-/// Closest point of the only surface at an edge (with normal), or of the curve where the first two surfaces meet
-/// (without normal). At least one sheet is a surface. touching() returns the curve point of tangent surfaces, if known;
-/// else the closest point of the first surface is used.
+/// Returns the closest point to p of the only surface at an edge, with normal. For several surfaces, returns the
+/// closest point on the curve where the first two meet, without normal. At least one sheet is a surface. For tangent
+/// surfaces, touching() returns the point on the curve, if known; otherwise the closest point of the first surface is
+/// used.
 template <class Touching>
 [[nodiscard]] SurfaceFoot<3> foot_on_intersection(const std::vector<Sheet<3>>& sheets, const Vec<3>& p,
                                                   Touching&& touching) {
@@ -480,8 +486,8 @@ template <class Touching>
     return sheets[0].foot(p);
 }
 
-/// Closest point at an edge between two geometries. rest_at() replaces p if some facet has neither surface nor plane.
-/// touching(): as above.
+/// Returns the closest point at an edge between two geometries. If a facet has neither surface nor plane, rest_at() is
+/// projected instead of p. touching(): see `foot_on_intersection`.
 template <int D, class RestAt, class Touching>
 [[nodiscard]] SurfaceFoot<D> foot_on_edge(const Sheets<D>& around, const Vec<D>& p, RestAt&& rest_at,
                                           Touching&& touching) {
@@ -504,20 +510,21 @@ template <int D>
 
 }  // namespace camber
 
-/// Surfaces and curves for moving boundary nodes. Unknowns are displacements in the tangent plane, followed by
-/// projection (also across facets of a surrogate).
+/// Surfaces and curves on which boundary nodes move. The unknowns are displacements in the tangent plane. A displaced
+/// node is projected, also onto other facets of a surrogate.
 export namespace camber {
 
 /// Common plane of all facets at an edge, if any, with unit normal.
 template <int D>
 [[nodiscard]] std::optional<Plane<D>> common_plane(const GeometryModel<D>& geometry, const EdgeSite<D>& edge);
 
-/// Moves p by the in-plane part of `shift`. The normal is a unit vector; constant coordinates stay exact.
+/// Moves p by the in-plane part of `shift`. The plane's normal is a unit vector; along an axis-aligned normal, p is
+/// exactly unchanged.
 template <int D>
 [[nodiscard]] Vec<D> slid_within(const Plane<D>& plane, const Vec<D>& p, const Vec<D>& shift);
 
-/// Point of a sheet, orthonormal tangents (the first along the edge; a curve has one), unit normal (zero on a curve),
-/// and the surrogate's facet.
+/// Point of a sheet, with orthonormal tangents (the first along the edge; a curve has one), unit normal (zero on a
+/// curve), and the surrogate's facet.
 template <int D>
 struct SheetPosition {
     Vec<D> point;
@@ -526,9 +533,9 @@ struct SheetPosition {
     FacetId facet = {};
 };
 
-/// The surface, plane or curve of an edge. `straight`: no surface, or a line, on which moving a node does not change
-/// the curve. Refers to the geometry and the edge, which must outlive it. Points beyond its rim, on another entity or
-/// on another leaf of the surface are rejected.
+/// The surface, plane or curve on which an edge's node moves. `straight`: no surface, or a line, on which moving a node
+/// does not change the curve. The geometry and the edge must outlive this object. Points beyond the rim, on another
+/// entity or on another leaf of the surface are rejected.
 template <int D>
 class EdgeSheet {
   public:
@@ -539,12 +546,12 @@ class EdgeSheet {
     [[nodiscard]] Kind kind() const { return kind_; }
     [[nodiscard]] int unknowns() const { return kind_ == Kind::curve ? 1 : D - 1; }
 
-    /// Place of the edge's node. Empty if the node is farther than 1e-4 of the chord from the sheet, or if the sheet is
-    /// transverse to the edge.
+    /// Returns the position of the edge's node. Empty if the node is farther than 1e-4 of the chord from the sheet, or
+    /// if the sheet is transverse to the edge.
     [[nodiscard]] std::optional<SheetPosition<D>> place_of(const Vec<D>& node) const;
-    /// Place near from.point + step, with minimal rotation of the tangents. Empty if the step is too long: the closest
-    /// point is on another entity, farther than half of the step, or beyond the rim, or the normal turns by more than
-    /// 60°.
+    /// Returns the closest position to from.point + step, with minimal rotation of the tangents. Empty if the step is
+    /// too long: the closest point is on another entity, farther than half of the step, or beyond the rim, or the
+    /// normal turns by more than 60°.
     [[nodiscard]] std::optional<SheetPosition<D>> moved(const SheetPosition<D>& from, const Vec<D>& step) const;
     [[nodiscard]] SurfaceFoot<D> foot(const SheetPosition<D>& near, const Vec<D>& p) const;
     [[nodiscard]] bool has_left_facets(const SheetPosition<D>& from, const SheetPosition<D>& to) const;
@@ -563,7 +570,7 @@ class EdgeSheet {
     std::optional<Plane<D>> plane_;
 };
 
-/// In 2D a circle. Directions of surfaces need not be unit vectors; radii are positive.
+/// A sphere (2D: circle). Directions of surfaces need not be unit vectors; radii are positive.
 template <int D>
 struct Sphere {
     Vec<D> centre;
@@ -575,7 +582,7 @@ struct Cylinder {
     double radius = 1;
     friend bool operator==(const Cylinder&, const Cylinder&) = default;
 };
-/// `major`: radius of the circle about the axis; `minor`: radius of the tube.
+/// `major_radius`: of the circle about the axis; `minor_radius`: of the tube.
 struct Torus {
     Vec<3> centre, axis;
     double major_radius = 1, minor_radius = 0.25;
@@ -601,7 +608,8 @@ template <int D>
 
 /// Checks that the surfaces fit the mesh. Errors (usage): a reference with two surfaces or without facets; a radius
 /// that is NaN, negative, or above 1e8 times the boundary's size. Errors (input): too many vertices of a surface are
-/// off (`VertexFit`), or one by more than half of its longest edge; the error names the farthest. Errors: stopped.
+/// off (`VertexFit`), or one vertex is off by more than half of its longest edge. The error names the farthest vertex.
+/// Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry,
                                       const Execution& execution);

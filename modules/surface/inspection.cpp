@@ -18,7 +18,7 @@ namespace camber {
 
 namespace {
 
-/// Adjacent facets with their edge (2D: their vertex, twice).
+/// Facets at an edge (2D: at a vertex, which `ends` contains twice).
 template <int D>
 struct Hinge {
     std::array<VertexId, 2> ends;
@@ -39,7 +39,6 @@ std::vector<std::uint8_t> listed_ridges(const LinearMesh<3>& mesh, const EdgeSet
     return listed;
 }
 
-/// Direction from a hinge into a facet, perpendicular to the hinge.
 Vec<3> into(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& ends, FacetId f) {
     const Vec<3>&a = mesh.points[ends[0]], &b = mesh.points[ends[1]];
     for (const VertexId v : mesh.facets.vertices[f])
@@ -62,7 +61,7 @@ double degrees_between(const Vec<2>& a, const Vec<2>& b) {
     return atan2(std::fabs(a[0] * b[1] - a[1] * b[0]), dot(a, b)) * 180 / std::numbers::pi;
 }
 
-/// Turn of two facets in degrees, for any orientation.
+/// Angle in degrees by which two facets turn, for any orientation.
 template <int D>
 double turn_at(const LinearMesh<D>& mesh, const Hinge<D>& hinge) {
     return 180 - degrees_between(into(mesh, hinge.ends, hinge.facets[0]), into(mesh, hinge.ends, hinge.facets[1]));
@@ -234,7 +233,7 @@ std::vector<Vec<3>> normals_of(const LinearMesh<3>& mesh, const Fans& fans) {
 
 void add_fans(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3>> normals,
               const InspectionLimits& limits, std::vector<LocatedWarning<3>>& out) {
-    constexpr double even = 0.7;  // facets of a cone are about equally steep
+    constexpr double even = 0.7;  // share of the largest angle that all facets of a cone reach
     for (std::size_t fan = 0; fan < fans.size(); ++fan) {
         double least = 180, most = 0;
         for (const FacetId f : fans.facets[fan]) {
@@ -252,7 +251,6 @@ void add_fans(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3
     }
 }
 
-/// Adds facets that deviate from the normals of their vertices.
 void add_facets(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3>> normals,
                 const InspectionLimits& limits, std::vector<LocatedWarning<3>>& out) {
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
@@ -269,7 +267,6 @@ void add_facets(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec
     }
 }
 
-/// Errors: stopped.
 template <int D>
 Outcome<std::vector<LocatedWarning<D>>> find_warnings(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                       const Features<D>& features, const std::vector<Hinge<D>>& hinges,

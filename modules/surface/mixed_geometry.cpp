@@ -30,7 +30,6 @@ GeometryEntity entity_in(Part part, GeometryEntity entity) {
     for (std::int64_t& side : entity.sides) side = number_in(part, side);
     return entity;
 }
-/// Converts an entity to the numbers of its part; a curve between both parts has no number.
 GeometryEntity own_entity(GeometryEntity entity) {
     entity.id = number_of(entity.id);
     for (std::int64_t& side : entity.sides) side = number_of(side);
@@ -212,7 +211,7 @@ class MixedModel final : public GeometryModel<D> {
         });
     }
 
-    /// Closest point of the curve at which a part's prescribed surfaces end, if the part has one.
+    /// Closest point of the curve at which a part's prescribed surfaces end; empty if the part has no such curve.
     [[nodiscard]] std::optional<SurfacePoint<D>> rim_of(Part part, const EdgeSite<D>& edge, const Vec<D>& p) const {
         EdgeSite<D> own = edge;
         own.facets = facets_of(part, edge.facets);
@@ -232,7 +231,6 @@ class MixedModel final : public GeometryModel<D> {
         return foot_on_edge(sheets_around(*parts_.first, owns(), *parts_.rest, edge), p, rest_at, on_a_rim);
     }
 
-    /// Closest point for queries without entity and reference.
     [[nodiscard]] SurfacePoint<D> nearest_of_all(SurfacePoint<D> nearest, const Vec<D>& p) const {
         for (const Reference reference : parts_.references) {
             const SurfacePoint<D> here = of_reference({.facet = {}, .reference = reference}, p);

@@ -18,7 +18,6 @@ namespace camber {
 
 namespace {
 
-/// Corner opposite local edge k, for the edges 01, 12, 20.
 constexpr std::array<std::size_t, 3> opposite_of_edge{2, 0, 1};
 
 FacetId other_facet(std::span<const FacetId> shell, FacetId f) { return shell[0] == f ? shell[1] : shell[0]; }
@@ -41,7 +40,7 @@ bool runs_along(const SimplexVertices<2>& facet, VertexId a, VertexId b) {
     return facet[(corner_of(facet, a) + 1) % 3] == b;
 }
 
-/// Orients the facets of each patch like its first facet. A one-sided patch keeps a seam.
+/// Orients the facets of each patch like its first facet. A non-orientable patch has a seam.
 Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::array<FacetId, 3>>& neighbours) {
     Buffer<std::int8_t> signs(neighbours.size());
     std::fill(signs.begin(), signs.end(), std::int8_t{0});
@@ -68,8 +67,8 @@ Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::arr
 
 double angle_between(const Vec<3>& a, const Vec<3>& b) { return atan2(norm(cross(a, b)), dot(a, b)); }
 
-/// True if a facet turns from the mean normal by more than 20°, or between two ridges by more than 40°. At the end of a
-/// ridge, and where another surface ends (`is_shared`), turns are expected and do not count.
+/// True if a facet of the fan turns from the mean normal by more than 20°, or between two ridges by more than 40°. At
+/// the end of a ridge, and where another surface ends (`is_shared`), turns are expected and do not count.
 bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, bool is_shared) {
     constexpr double max_turn = 20 * std::numbers::pi / 180;
     Vec<3> mean;
@@ -199,7 +198,6 @@ using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, m
 
 constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2; }
 
-/// Exponents of 1, x, y, xx, xy, … by degree.
 constexpr auto exponents = [] {
     std::array<std::array<std::size_t, 2>, max_terms> out{};
     std::size_t k = 0;
@@ -246,7 +244,6 @@ PlaneFrame principal_frame(const Vec<3>& normal, std::span<const Vec<3>> offsets
 
 std::array<double, highest_degree + 1> powers_of(double x) { return {1, x, x * x, x * x * x, x * x * x * x}; }
 
-/// Least-squares solution; empty if columns are nearly dependent.
 std::optional<Coefficients> solved(Design columns, const Column1& right) {
     constexpr double min_pivot_ratio = 1e-3;
     const Eigen::Index terms = columns.cols();
@@ -323,7 +320,8 @@ FittedHeight fitted_height(const Vec<3>& origin, const Vec<3>& normal, std::span
             design(row + 1, column) = i == 0 ? 0 : slope_weight * weight * di * x[i - 1] * y[j];
             design(row + 2, column) = j == 0 ? 0 : slope_weight * weight * dj * x[i] * y[j - 1];
         }
-        // z = p(x, y), p_x = −n_x/n_z, p_y = −n_y/n_z, with scaled x and y.
+        // The rows are p(x, y) = z, p_x = −n_x/n_z and p_y = −n_y/n_z, for the polynomial p and the sample's normal n,
+        // with scaled x and y.
         right(row) = weight * at[2];
         right(row + 1) = -slope_weight * weight * frame.scale[0] * n[0] / n[2];
         right(row + 2) = -slope_weight * weight * frame.scale[1] * n[1] / n[2];
@@ -350,7 +348,6 @@ struct Fitter {
         return normalised(sum);
     }
 
-    /// The file's normal at v nearest to `base`, or zero if none is near enough.
     [[nodiscard]] Vec<3> file_normal(VertexId v, const Vec<3>& base) const {
         double best = min_cosine;
         Vec<3> out;
@@ -371,8 +368,8 @@ struct Fitter {
         });
     }
 
-    /// Plane of the fan's facets if coplanar; with fewer than three facets, of the stencil's points. Beside a ridge,
-    /// neighbouring fans are included: on a cylinder a row of facets along a ridge is coplanar too.
+    /// Plane of the fan's facets, or of the stencil's points if the fan has fewer than three facets. Beside a ridge,
+    /// neighbouring fans are included, because on a cylinder a row of facets along a ridge is coplanar too.
     [[nodiscard]] FlatPatch<3> local_plane(std::uint32_t fan, std::span<const Vec<3>> stencil) const {
         std::vector<Vec<3>> points(stencil.begin(), stencil.end());
         points.push_back(mesh.points[fans.vertices[fan]]);
@@ -426,7 +423,6 @@ struct Fitter {
         return points;
     }
 
-    /// Normal of the jet; zero if points are too few or the normal is far from `base`.
     [[nodiscard]] Vec<3> fitted(std::uint32_t fan, const Vec<3>& base, std::span<const Vec<3>> points) const {
         constexpr double min_agreement = 0.5;
         const FittedNormal jet = fitted_normal(mesh.points[fans.vertices[fan]], base, points);

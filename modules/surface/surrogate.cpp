@@ -39,7 +39,8 @@ SurrogateEdge<D> smooth_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec
     };
     if (along_chord(tangent_a) && along_chord(tangent_b)) return straight_edge(a, b);
     SurrogateEdge<D> edge{cubic_edge(a, tangent_a, tangent_b, b), {}};
-    // The middle is (a + 3 c + 3 d + b)/8, computed relative to the chord's middle.
+    // With the inner control points c and d, the middle is (a + 3 c + 3 d + b)/8. It is computed relative to the
+    // chord's middle.
     const auto& c = edge.curve.control;
     edge.middle = midpoint(a, b) + 0.375 * ((c[1] - a) + (c[2] - b));
     return edge;
@@ -61,7 +62,6 @@ Buffer<EdgeId> boundary_edges(const Features<D>& features) {
     return edges;
 }
 
-/// Inner control points of an edge, the one next to `from` first.
 template <int D>
 std::array<Vec<D>, 2> inner_points(const SurrogateEdge<D>& edge, const std::array<VertexId, 2>& ends, VertexId from) {
     const auto& c = edge.curve.control;
@@ -80,7 +80,8 @@ struct SurrogateParts {
     const FanNormals& normals;
 };
 
-/// The surrogate's only facet at a smooth junction edge (prescribed normals at both ends), else invalid.
+/// Returns the only surrogate facet at an edge where the junction is smooth (prescribed normals at both ends), else an
+/// invalid number.
 FacetId smooth_side(const SurrogateParts& parts, EdgeId e) {
     FacetId own;
     for (const FacetId f : parts.shells[e]) {
@@ -110,7 +111,6 @@ std::vector<FlatPatch<3>> planes_around(const SurrogateParts& parts, EdgeId e) {
     return planes;
 }
 
-/// Edge in the smooth surface of facet f.
 SurrogateEdge<3> inner_edge(const SurrogateParts& parts, EdgeId e, FacetId f) {
     const auto& [low, high] = parts.edges.vertices[e];
     const Vec<3> a = parts.mesh.points[low], b = parts.mesh.points[high];
@@ -119,7 +119,8 @@ SurrogateEdge<3> inner_edge(const SurrogateParts& parts, EdgeId e, FacetId f) {
     const auto normal = [&](VertexId v) { return parts.normals.normals[parts.fans.of_facets[f][corner_of(facet, v)]]; };
     const Vec<3> at_low = normal(low), at_high = normal(high), chord = b - a;
     const auto tangent = [&](const Vec<3>& n) { return chord - dot(chord, n) * n; };
-    // An end in a pointed fan has no normal: the edge gets the chord's angle at the other end, as on a circle.
+    // An end in a pointed fan has no normal. Its tangent makes the same angle with the chord as the tangent at the
+    // other end, as on a circle.
     const double length_squared = norm_squared(chord);
     const auto mirrored = [&](const Vec<3>& n) {
         const double rise = dot(chord, n);
@@ -143,7 +144,7 @@ SurrogateEdge<3> ridge_edge(const SurrogateParts& parts, EdgeId e) {
     return edge;
 }
 
-/// Tangential displacement of a ridge's middle from the middle of the edge in the smooth surface of facet f.
+/// Tangential displacement of a ridge's middle from the middle of the same edge in the smooth surface of facet f.
 Vec<3> shift_in_surface(const SurrogateParts& parts, const SurrogateEdge<3>& ridge, EdgeId e, FacetId f) {
     const auto& facet = parts.mesh.facets.vertices[f];
     Vec<3> normal;
@@ -154,7 +155,7 @@ Vec<3> shift_in_surface(const SurrogateParts& parts, const SurrogateEdge<3>& rid
     return shift - dot(shift, n) * n;
 }
 
-/// Moves the middle of an edge by the shift, within the tangent planes at its ends.
+/// Moves the middle of an edge by `shift`. Its inner control points move within the tangent planes at the ends.
 void bend(const SurrogateParts& parts, SurrogateEdge<3>& edge, EdgeId e, FacetId f, const Vec<3>& shift) {
     constexpr double of_inner_points = 4.0 / 3;
     const auto& facet = parts.mesh.facets.vertices[f];
@@ -193,7 +194,6 @@ Outcome<Done> bend_beside_ridges(const SurrogateParts& parts, std::span<const Ed
     return Done{};
 }
 
-/// The triangle's vertices, then those of adjacent facets on the same smooth side, with normals.
 std::vector<PointAndNormal> samples_around(const SurrogateParts& parts, FacetId f) {
     std::vector<std::uint32_t> fans;
     const auto add = [&](std::uint32_t fan) {
@@ -212,7 +212,8 @@ std::vector<PointAndNormal> samples_around(const SurrogateParts& parts, FacetId 
     return samples;
 }
 
-/// Middle control point b_111 with which the centroid is on the fitted surface. Its weight at the centroid is 6/27.
+/// Middle control point b_111 that puts the centroid on the fitted surface. The weight of b_111 at the centroid is
+/// 6/27.
 Vec<3> fitted_centre(const SurrogateParts& parts, FacetId f, const CubicSimplex<2, 3>& triangle) {
     constexpr double largest_share = 0.25;
     const Barycentric<2> centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
@@ -224,7 +225,8 @@ Vec<3> fitted_centre(const SurrogateParts& parts, FacetId f, const CubicSimplex<
 }
 
 /// Middle control point of a triangle with one pointed corner, where polynomial fits fail. The centroid is two thirds
-/// of the way from this corner to the opposite edge's middle, raised like the other two edges there.
+/// of the way from this corner to the opposite edge's middle, plus the mean offset of the other two edges from their
+/// chords there.
 Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
     const auto at = [&](double of_tip, double of_next, double of_last) {
         Barycentric<2> xi{};
@@ -241,7 +243,6 @@ Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
     return triangle.at({1, 1, 1}) + 4.5 * (target - at(third, third, third));
 }
 
-/// The only pointed corner; 3 if there is none or more than one.
 std::size_t pointed_corner(const SurrogateParts& parts, FacetId f) {
     std::size_t tip = 3, count = 0;
     for (std::size_t i = 0; i < 3; ++i)
@@ -337,7 +338,7 @@ Outcome<Surrogate<3>> build(const SurrogateInput<3>& input, const SurrogateOptio
     return assembled<3>(input, std::move(rows), std::move(*curves), std::move(*facets), fans->neighbours, execution);
 }
 
-/// Facets beyond both ends of each facet, invalid where the curve ends. Entry i is at vertex 1 − i.
+/// Facets beyond both ends of each facet. Entry i is beyond vertex 1 − i; it is invalid where the curve ends.
 Buffer<std::array<FacetId, 2>> next_along(const LinearMesh<2>& mesh, const Features<2>& features) {
     std::vector<std::array<FacetId, 2>> around(mesh.points.size());
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
@@ -414,7 +415,6 @@ std::size_t Surrogate<D>::row(EdgeId e) const {
 
 namespace {
 
-/// `prescribed`: geometry of the remaining boundary, or null.
 template <int D>
 Outcome<Surrogate<D>> build_beside_prescribed(const GeometryModel<D>* prescribed, const LinearMesh<D>& mesh,
                                               const EdgeSet<D>& edges, const Features<D>& features,
@@ -454,7 +454,6 @@ Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D
 
 namespace {
 
-/// Barycentric coordinates in a neighbour: equal at common vertices, 0 at other vertices.
 template <int K>
 Barycentric<K> carried_over(const SimplexVertices<K>& from, const Barycentric<K>& xi, const SimplexVertices<K>& to) {
     Barycentric<K> out{};

@@ -40,8 +40,8 @@ struct CubicExpansion {
     std::array<std::array<Vec<D>, K>, K> second{};
 };
 
-/// Evaluates by de Casteljau's algorithm. With the net b^r after r steps, ∂_i∂_j F = 6 b^1_{e_i+e_j} and ∂_i F = 3
-/// b^2_{e_i}.
+/// Evaluates by de Casteljau's algorithm. Step r gives the control points b^r. The derivatives are ∂_i ∂_j F = 6
+/// b^1_{e_i+e_j} and ∂_i F = 3 b^2_{e_i}, with the unit multi-index e_i of ξ_i.
 template <int K, int D>
 [[nodiscard]] CubicExpansion<K, D> expand(const CubicSimplex<K, D>& simplex, const Barycentric<K>& xi);
 
@@ -55,30 +55,33 @@ struct CubicFoot {
     double distance_squared = 0;
 };
 
-/// Local minimum of the distance over the simplex, by Newton's method with constraints; never farther than at `start`.
+/// Returns a local minimum of the distance of p, by Newton's method with constraints. It is never farther from p than
+/// `start`.
 template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
                                            const Barycentric<K>& start);
 
-/// Closest point. If the squared distance is convex over the simplex (near a slightly bent one), its only minimum; else
-/// the best of searches from the three nearest points of a lattice at quarters.
+/// Returns the closest point to p. If the squared distance is convex over the simplex (near a slightly bent one), it
+/// has one minimum. Otherwise the result is the best of three searches, from the nearest points of a lattice with
+/// spacing 1/4.
 template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_on(const CubicSimplex<K, D>& simplex, const Vec<D>& p);
 
-/// Cubic from a to b with these tangents (any length, both along a → b). The inner control points are as far from the
-/// ends as on a circle: |b − a| (2/3)/(1 + cos φ), φ the angle of chord and tangent. Error O(h⁴) in the middle, O(h⁶)
-/// on circles. The chord replaces a tangent that deviates from it by more than 75°.
+/// Returns the cubic from a to b with these tangents, of any length, both in the direction from a to b. The inner
+/// control points are as far from the ends as on a circle: |b − a| (2/3)/(1 + cos φ), with the angle φ between chord
+/// and tangent. The error is O(h⁴) in the middle, O(h⁶) on circles. The chord replaces a tangent that deviates from it
+/// by more than 75°.
 template <int D>
 [[nodiscard]] CubicSimplex<1, D> cubic_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec<D>& tangent_b,
                                             const Vec<D>& b);
 
-/// Classical middle control point for the nine others, exact for quadratics: b_111 = ¼ Σ edge points − ⅙ Σ vertices.
+/// Middle control point computed from the nine others, exact for quadratics: b_111 = ¼ Σ edge points − ⅙ Σ vertices.
 template <int D>
 [[nodiscard]] Vec<D> classical_centre(const CubicSimplex<2, D>& triangle);
 
-/// Distances of many points from one triangle, in packs (core:tensors), by Newton's method from each start. NaN where
-/// the closest point is not inside, or without convergence; elsewhere as `closest_from`. Bitwise identical for all
-/// instruction sets.
+/// Distances of many points from one triangle, in packs (core:tensors), by Newton's method from each start. A distance
+/// is NaN where the closest point is not inside or the method does not converge. Other distances are those of
+/// `closest_from`. Bitwise identical for all instruction sets.
 void distances_inside(const CubicSimplex<2, 3>& simplex, std::span<const Barycentric<2>> starts,
                       std::span<const Vec<3>> points, std::span<double> distances,
                       Instructions set = widest_instructions());
@@ -120,8 +123,8 @@ template <int D>
 struct Junctions {
     Column<std::uint8_t> prescribed;  ///< one per facet; empty: no facet is prescribed
     Column<FacetId> facets;           ///< prescribed facets with a shared vertex, ascending
-    /// Unit normals of the prescribed surface at the vertices of `facets`. Zero at unshared vertices and at breaks
-    /// listed in the file: ends of ridges between both parts (2D: corners).
+    /// Unit normals of the prescribed surface at the vertices of `facets`. They are zero at vertices that are not
+    /// shared, and at breaks listed in the file: ends of ridges between both parts (2D: corners).
     Column<std::array<Vec<D>, D>> normals;
 
     [[nodiscard]] bool is_prescribed(FacetId f) const { return !prescribed.empty() && prescribed[f] != 0; }
@@ -138,7 +141,7 @@ template <int D>
 
 struct PrescribedNeighbour {
     FacetId facet;         ///< invalid if there is none
-    Vec<3> normal;         ///< normal at the vertex; of several, the closest to the fitted one
+    Vec<3> normal;         ///< normal at the vertex; if there are several, the closest to the fitted normal
     double tolerance = 0;  ///< largest deviation (radians) of a smooth continuation
 };
 [[nodiscard]] PrescribedNeighbour prescribed_neighbour(const Junctions<3>& junctions, const MeshBoundary<3>& boundary,
@@ -146,7 +149,7 @@ struct PrescribedNeighbour {
 
 template <int D>
 struct CurveTangents {
-    Column<EdgeId> edges;  ///< ascending: ridges in 3D, all facets in 2D
+    Column<EdgeId> edges;  ///< edges of curves, ascending: ridges in 3D, facets in 2D
     Column<std::array<Vec<D>, 2>> tangents;
     Column<std::array<std::uint8_t, 2>> supports;  ///< number of neighbours in each fit; 4 for a tangent that is not
                                                    ///< fitted
@@ -155,10 +158,10 @@ struct CurveTangents {
     [[nodiscard]] std::size_t row(EdgeId e) const;
 };
 
-/// Fits a polynomial at each curve vertex to up to four neighbours, as heights over the tangent (iterated): two per
-/// side, one-sided at corners. Error O(h⁴). Both edges at a vertex that is no corner get the same tangent line.
-/// Tangents from the file take precedence if they agree within `max_degrees`; at smooth junctions the prescribed
-/// curve's tangents are used.
+/// Computes tangents at both ends of each curve edge. A polynomial is fitted at each curve vertex to the heights of up
+/// to four neighbours over the tangent (iterated): two per side, one-sided at corners. The error is O(h⁴). Both edges
+/// at a vertex that is no corner get the same tangent line. Tangents from the file take precedence if they agree within
+/// `max_degrees`. Smooth junctions get the tangents of the prescribed curve.
 template <int D>
 [[nodiscard]] Outcome<CurveTangents<D>> curve_tangents(const MeshBoundary<D>& boundary, const Junctions<D>& junctions,
                                                        double max_degrees, const Execution& execution);
@@ -169,25 +172,25 @@ struct FittedNormal {
     int degree = 0;
 };
 
-/// Fits a jet: the height over the plane of `normal` as a polynomial that vanishes at `origin`, by least squares,
-/// weighted towards near points. Quartic from 18 points, cubic from 12, quadratic from 5, if the points determine it
-/// (column-pivoted QR of scaled columns; principal axes and scales, for thin stencils). The jet is then fitted again
-/// over its tangent plane. Error O(h^degree).
+/// Fits a jet: a polynomial for the height over the plane of `normal`, which is 0 at `origin`. Near points have larger
+/// weights in the least-squares fit. The polynomial is quartic for at least 18 points, cubic for 12, quadratic for 5,
+/// if the points determine it. For thin stencils, the axes are principal axes, and scaled columns are pivoted (QR). The
+/// jet is then fitted again over its tangent plane. The error is O(h^degree).
 [[nodiscard]] FittedNormal fitted_normal(const Vec<3>& origin, const Vec<3>& normal, std::span<const Vec<3>> points);
 
 struct PointAndNormal {
     Vec<3> point, normal;
 };
 
-/// Height of a fitted surface along `normal`. Degree 0: the height is undetermined, or normals of the samples turn
-/// away.
+/// Height of a fitted surface along `normal`. Degree 0: the height is undetermined, or a sample's normal is far from
+/// `normal`.
 struct FittedHeight {
     double height = 0;
     int degree = 0;
 };
 
-/// Fits a polynomial of degree 4, else 3, to heights and slopes by least squares. Error O(h⁵), plus the error of the
-/// normals.
+/// Fits a polynomial of degree 4, else 3, to heights and slopes by least squares. The error is O(h⁵), plus the error of
+/// the normals.
 [[nodiscard]] FittedHeight fitted_height(const Vec<3>& origin, const Vec<3>& normal,
                                          std::span<const PointAndNormal> samples);
 
@@ -209,19 +212,19 @@ struct SurrogateInput {
 };
 
 struct FanNormals {
-    Column<Vec<3>> normals;           ///< one per fan: unit, or zero
+    Column<Vec<3>> normals;           ///< one per fan: unit normal, or zero
     Column<std::uint8_t> prescribed;  ///< one per fan; 1: normal of the surface beyond a junction
 };
 
-/// Unit normals of fans, oriented as the patch; zero for pointed fans. Each normal is the first that exists of:
-/// - Plane of a flat patch.
-/// - Normals of the file that agree with the area-weighted one within `max_degrees`.
-/// - Plane of a locally flat fan.
-/// - At a smooth junction, the prescribed surface.
-/// - Jet through surrounding rings (error O(h⁴), O(h³), O(h²) by degree).
+/// Unit normals of fans, oriented like the patch; zero for pointed fans. Each normal is the first that exists of:
+/// - Normal of a flat patch.
+/// - Normal of the file that agrees with the area-weighted normal within `max_degrees`.
+/// - Normal of a locally flat fan.
+/// - At a smooth junction, normal of the prescribed surface.
+/// - Normal of a jet through surrounding rings (error O(h⁴), O(h³), O(h²) by degree).
 /// - Area-weighted normal.
 ///
-/// At a ridge, the last two are made perpendicular to the more accurate tangents of the ridge. Errors: stopped.
+/// At a ridge, the last two are made perpendicular to the ridge's tangents, which are more accurate. Errors: stopped.
 [[nodiscard]] Outcome<FanNormals> fan_normals(const SurrogateInput<3>& input, const Fans& fans, double max_degrees,
                                               const Execution& execution);
 
@@ -230,8 +233,8 @@ struct FanNormals {
 export namespace camber {
 
 struct SurrogateOptions {
-    /// Largest angle (degrees) from the mesh's own normals and tangents at which those of the file
-    /// (`LinearMesh::geometry`) replace them; 0 ignores the file's.
+    /// Normals and tangents of the file (`LinearMesh::geometry`) replace computed ones from which they differ by at
+    /// most this angle (degrees). 0 ignores the file's.
     double file_directions_degrees = 30;
 };
 
@@ -265,16 +268,17 @@ struct Surrogate {
     [[nodiscard]] std::size_t row(EdgeId e) const;
 };
 
-/// Control points of edges are in the tangent planes of vertices (ridges: on tangents of curves), at the distances that
-/// a circle needs. Edges beside bent ridges bend like the ridges (`extend_over_triangles`), so that thin facets do not
-/// fold. The middle point of a triangle is fitted to adjacent vertices and normals: the centroid has the error of
-/// edges, O(h⁴). Errors: `edges` or `features` of another mesh (internal), stopped.
+/// Builds the surrogate of a boundary. Inner control points of edges are in the tangent planes at the vertices (ridges:
+/// on the curve's tangents), as far from the vertices as on a circle. Edges beside bent ridges bend like the ridges
+/// (`extend_over_triangles`), so that thin facets do not fold. The middle control point of a triangle is fitted to
+/// adjacent vertices and normals, so that the centroid is as accurate as the edges, O(h⁴). Errors: `edges` or
+/// `features` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Features<D>& features, const SurrogateOptions& options,
                                                     const Execution& execution);
-/// For the part of the boundary without a surface of `prescribed`. At smooth junctions, uses the normals and tangents
-/// of `prescribed`.
+/// Builds the surrogate of the part of the boundary on which `prescribed` has no surface. Smooth junctions get the
+/// normals and tangents of `prescribed`.
 template <int D>
 [[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Features<D>& features, const GeometryModel<D>& prescribed,
@@ -288,16 +292,17 @@ struct SurrogateFoot {
     double distance_squared = 0;
 };
 
-/// Closest point on facet `start`, then across smooth edges while the distance falls, then on adjacent facets, since
-/// edges have slight creases. Local; never farther than facet `start`.
+/// Searches the closest point to p locally. The search starts on facet `start` and crosses smooth edges while the
+/// distance falls. It then tests adjacent facets, because edges have slight creases. The result is never farther from p
+/// than facet `start`.
 template <int D>
 [[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Vec<D>& p);
-/// Starts at the coordinates `xi`, without the search on adjacent facets: fast, for points very near the surface.
+/// Starts at the coordinates `xi` and does not test adjacent facets: fast, for points very near the surface.
 template <int D>
 [[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Barycentric<D - 1>& xi,
                                             const Vec<D>& p);
 
-/// Closest point on the facets for which admits(facet) is true; an invalid facet if there are none. `known`: the
+/// Closest point on the facets for which admits(facet) is true; its facet is invalid if there are none. `known`:
 /// closest point of one admitted facet, as a bound.
 template <int D, class Admits>
 [[nodiscard]] SurrogateFoot<D> closest_among(const Surrogate<D>& surrogate, const Vec<D>& p, Admits&& admits,
@@ -321,7 +326,8 @@ template <int D, class Admits>
     return best.facet.valid() && FacetId(nearest.item) == best.facet ? best : known;
 }
 
-/// Closest point of all ridge curves (3D) and its row in `edges`, or edges.size().
+/// Closest point of all ridge curves (3D). `row`: row of its edge in `Surrogate::edges`, or edges.size() without
+/// ridges.
 template <int D>
 struct CurveFoot {
     std::size_t row = 0;
@@ -376,8 +382,8 @@ struct BoundaryCurves {
 /// - Otherwise facets are cut at their nodes, and normals and tangents are fitted to vertices and nodes. Patches
 ///   without own curves go through the nodes of `straight`.
 /// - Patches of one facet, and patches whose curves are not smooth, keep the mesh's own facets exactly. Curves are not
-///   smooth if turns between quadratic facets exceed a quarter of those between straight facets (root mean squares over
-///   the patch).
+///   smooth if the turns between quadratic facets exceed a quarter of the turns between straight facets (root mean
+///   squares over the patch).
 ///
 /// Ridges, patches and their neighbours are those of the straight mesh. Flat patches stay flat if their nodes are in
 /// the plane. `prescribed`: as in `build_surrogate`. Errors: `straight` of another mesh (internal), stopped.
@@ -395,13 +401,13 @@ class StraightGeometry final : public GeometryModel<D> {
     [[nodiscard]] GeometryEntity surface_at(const FacetSite<D>& facet) const override;
 };
 
-/// Surfaces are patches, curves are ridge curves. Facets and edges of the original mesh are recognised by number and
-/// position; others are projected.
+/// Geometry model of a surrogate. Surfaces are patches, curves are ridge curves. Facets and edges of the original mesh
+/// are recognised by number and position; others are projected.
 template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(Surrogate<D> surrogate);
 
 /// Surrogate of another mesh. It prescribes the surface of its references, and its ridges for edges with both ends near
-/// them.
+/// a ridge.
 template <int D>
 struct PrescribedSurrogate {
     Surrogate<D> surrogate;
@@ -413,12 +419,12 @@ template <int D>
 template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D> analytic);
 
-/// Two geometries mixed by reference: facets of `references` lie on `first`, which has surfaces for them, others on
-/// `rest` (possibly a mixture). Edges between `first` and `rest` lie on:
-/// - The curve of both surfaces, if both are prescribed. For tangent surfaces, the rim of one of them if numbered (a
-///   CAD face ends at an edge).
-/// - The rim of `first`, if any, if `rest` is not prescribed. Without a rim, beside a plane: the curve of both.
-///   Otherwise `rest` is known by its nodes only: points on `first` next to the edge of `rest`.
+/// Two geometries: facets with a reference in `references` lie on `first`, other facets on `rest` (possibly a mixture).
+/// The curve of an edge between `first` and `rest` depends on `rest`:
+/// - `rest` is prescribed: the curve of both surfaces. For tangent surfaces, it is the rim of one of them, if numbered
+///   (a CAD face ends at an edge).
+/// - `rest` is not prescribed: the rim of `first`, if any. Without a rim, beside a plane, it is the curve of both.
+///   Otherwise `rest` is known by its nodes only, and the edge lies on `first` next to the edge of `rest`.
 template <int D>
 struct MixedGeometry {
     std::vector<Reference> references;
@@ -430,8 +436,8 @@ template <int D>
 template <int D>
 using SurrogateFactory = std::function<Outcome<Surrogate<D>>(const GeometryModel<D>& prescribed)>;
 
-/// Returns the analytic surfaces alone if every facet has one; else makes the surrogate for the rest. Errors: those of
-/// `surrogate`.
+/// Returns the geometry of the analytic surfaces. If some facets have none, `surrogate` makes the geometry of these
+/// facets. Errors: those of `surrogate`.
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh,
                                                   const SurrogateFactory<D>& surrogate);

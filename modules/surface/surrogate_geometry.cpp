@@ -112,7 +112,6 @@ class SurrogateModel : public GeometryModel<D> {
         return foot.row < surrogate_.edges.size() ? curve_at(foot.row, edge) : GeometryModel<D>::entity_at_edge(edge);
     }
 
-    /// Plane of the closest patch; without a patch, of the facet.
     [[nodiscard]] std::optional<Plane<D>> plane_at(const FacetSite<D>& facet) const override {
         const auto foot = closest_of_reference(facet.reference, centroid_of(facet));
         if (!foot.facet.valid()) return plane_through(facet.corners);
@@ -122,8 +121,8 @@ class SurrogateModel : public GeometryModel<D> {
     }
 
     /// Closest point at an edge. A ridge of the surrogate's mesh uses its own curve, a ridge of another mesh the
-    /// closest ridge curve. Other edges use the closest point of their reference's patches, within the plane of flat
-    /// patches.
+    /// closest ridge curve. Other edges use the patches of their reference; on a flat patch, the result is in the
+    /// plane.
     [[nodiscard]] SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const override {
         if (edge.kind == EdgeKind::ridge) {
             const CurveFoot<D> foot = on_ridge(edge, p);
@@ -159,7 +158,7 @@ class SurrogateModel : public GeometryModel<D> {
         return foot.facet.valid() ? in_plane(foot, middle) : middle;
     }
 
-    /// On facets of the surrogate's mesh, searches start at the same coordinates. Distances within the tolerance of a
+    /// On facets of the surrogate's mesh, searches start at the coordinates `at`. Distances within the tolerance of a
     /// flat patch count as 0.
     [[nodiscard]] bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                  std::span<const Vec<D>> points, std::span<double> out) const override {
@@ -257,7 +256,6 @@ class SurrogateModel : public GeometryModel<D> {
   private:
     [[nodiscard]] GeometryEntity patch_of(FacetId f) const { return GeometryEntity::surface(surrogate_.patches[f]); }
 
-    /// Closest point on facets of a reference. `near`: closest point of a nearby point.
     [[nodiscard]] SurrogateFoot<D> closest_of_reference(Reference reference, const Vec<D>& p,
                                                         const SurrogateFoot<D>& near = {}) const {
         const auto admits = [&](FacetId f) { return surrogate_.references[f] == reference; };
@@ -266,7 +264,7 @@ class SurrogateModel : public GeometryModel<D> {
         return closest_among(surrogate_, p, admits, admits(walked.facet) ? walked : SurrogateFoot<D>{});
     }
 
-    /// Most closest points are inside the facet; other points may be beyond its rim, and are searched across facets.
+    /// Most points have their closest point inside the facet. For the others, the search crosses to adjacent facets.
     void own_distances(FacetId facet, std::span<const Barycentric<D - 1>> at, std::span<const Vec<D>> points,
                        std::span<double> out) const {
         if constexpr (D == 3)
@@ -278,7 +276,6 @@ class SurrogateModel : public GeometryModel<D> {
                 out[i] = std::sqrt(closest_near(surrogate_, facet, at[i], points[i]).distance_squared);
     }
 
-    /// Closest point of p, exact in the plane of a flat patch.
     [[nodiscard]] Vec<D> in_plane(const SurrogateFoot<D>& foot, const Vec<D>& p) const {
         const auto& flat = surrogate_.flats[surrogate_.patches[foot.facet]];
         return flat.is_flat() ? flat.snapped(p) : foot.point;

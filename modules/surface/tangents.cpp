@@ -47,7 +47,6 @@ void exclude_breaks(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const In
     }
 }
 
-/// Unit vector into the facet, perpendicular to the edge.
 Vec<3> away_from(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId, 2>& edge) {
     const Vec<3> along = normalised(mesh.points[edge[1]] - mesh.points[edge[0]]);
     for (const VertexId v : mesh.facets.vertices[f]) {
@@ -138,7 +137,7 @@ namespace {
 
 constexpr std::size_t max_neighbours = 4;
 
-/// Curve edges at vertices other than corners (two each), for walks along curves.
+/// The two curve edges at each curve vertex other than a corner, for walks along curves.
 template <int D>
 struct Chains {
     const EdgeSet<D>& edges;
@@ -153,7 +152,7 @@ struct Chains {
         const auto& at = around[v.index()];
         return at[0] == e ? at[1] : at[0];
     }
-    /// Vertices from v along e: up to four, or up to a corner or v itself.
+    /// Returns at most four vertices that follow v along e. The walk ends at a corner, or when it returns to v.
     [[nodiscard]] std::vector<VertexId> walk(VertexId v, EdgeId e) const {
         std::vector<VertexId> out;
         VertexId at = v;
@@ -181,15 +180,17 @@ Chains<D> make_chains(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const 
     return chains;
 }
 
-/// Neighbour at the offset d = (x, y), x along and y across the tangent, with u = |d|²/x and slope y/x. If the tangent
-/// is off by δ, y/x = δ + κ/2 u + O(u²); on a circle y = κ/2 |d|², so the fit is exact.
+/// A neighbour at the offset d = (x, y) from a vertex, with x along and y across the assumed tangent: u = |d|²/x, slope
+/// = y/x. If the tangent is off by the angle δ and the curvature is κ, then y/x = δ + κ/2 u + O(u²). On a circle y =
+/// κ/2 |d|², so the fit is exact.
 template <int D>
 struct Height {
     double u = 0;
     Vec<D> slope;
 };
 
-/// Heights while the curve goes forward: |x| grows by at least a third of each step.
+/// Returns the heights up to the first step that does not go forward. A step goes forward if it advances along the
+/// tangent by at least a third of its length.
 template <int D>
 std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D>> offsets, double direction) {
     constexpr double min_advance = 0.33;
@@ -205,7 +206,7 @@ std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D
     return out;
 }
 
-/// Two heights per side, or more of one side if the other is short; never a vertex twice.
+/// Selects two heights per side, or more of one side if the other side has fewer.
 template <int D>
 std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::vector<Height<D>>& behind) {
     const std::size_t few_ahead = std::min<std::size_t>(ahead.size(), 2),
@@ -217,7 +218,8 @@ std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::ve
     return out;
 }
 
-/// δ, the value at u = 0 of the polynomial that interpolates the slopes: Σ_i (y_i/x_i) ∏_{j≠i} u_j/(u_j − u_i).
+/// Returns δ (see `Height`), the value at u = 0 of the polynomial that interpolates the slopes: Σ_i (y_i/x_i) ∏_{j≠i}
+/// u_j/(u_j − u_i).
 template <int D>
 Vec<D> slope_at_zero(std::span<const Height<D>> heights) {
     Vec<D> slope;
@@ -236,7 +238,7 @@ struct Tangent {
     std::uint8_t support = 0;
 };
 
-/// Tangent of the parabola by chord length through three points; for two points, the chord.
+/// Tangent of the parabola through three points, parametrised by chord length; for two points, the chord.
 template <int D>
 Vec<D> first_tangent(std::span<const Vec<D>> ahead, std::span<const Vec<D>> behind) {
     if (ahead.empty()) return behind.empty() ? Vec<D>{} : -first_tangent<D>(behind, ahead);
@@ -297,7 +299,7 @@ Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, Vertex
     return t;
 }
 
-/// The file's line at v nearest to the fitted tangent, if near enough; else the fitted tangent.
+/// Returns the file's tangent at v that is nearest to the fitted tangent, if near enough; else the fitted tangent.
 template <int D>
 Tangent<D> preferred(const FileDirections<D>& file_directions, double min_cosine, VertexId v, Tangent<D> fitted) {
     double best = min_cosine;
@@ -312,7 +314,6 @@ Tangent<D> preferred(const FileDirections<D>& file_directions, double min_cosine
     return out;
 }
 
-/// Direction of a prescribed curve at its end v, or zero.
 Vec<2> prescribed_tangent(const Junctions<2>& junctions, const LinearMesh<2>& mesh, std::span<const FacetId> shell,
                           VertexId v) {
     const Vec<2> n = shell.size() == 1 ? junctions.normal(mesh, shell[0], v) : Vec<2>{};
@@ -353,7 +354,6 @@ struct TangentSources {
     FileDirections<D> file_directions;
     double min_cosine = 2;
 
-    /// Turn of the curve at the other end of e; 0 if the curve ends there.
     [[nodiscard]] double next_turn(VertexId v, EdgeId e) const {
         const auto ahead = chains.walk(v, e);
         if (ahead.size() < 2) return 0;
@@ -364,7 +364,7 @@ struct TangentSources {
         return 2 * asin(std::fmin(1, distance(a, b) / 2));
     }
 
-    /// Prescribed tangent that continues edge e at v, in the fitted direction; else zero.
+    /// Returns the prescribed tangent at v if it continues edge e smoothly, in the fitted direction; else zero.
     [[nodiscard]] Vec<D> tangent_beyond(VertexId v, EdgeId e, const Vec<D>& fitted) const {
         double least = std::numbers::pi / 2;
         Vec<D> tangent;

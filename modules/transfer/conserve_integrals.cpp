@@ -72,12 +72,12 @@ Outcome<std::vector<std::vector<MaterialIntegrals>>> total_integrals(
 
 namespace {
 
-/// C M⁻¹ Cᵀ of some integrals: the change of each per multiplier. May be singular: integrals over elements without free
-/// nodes cannot change, and interface nodes couple two.
+/// Matrix C M⁻¹ Cᵀ: the change of each integral for unit multipliers. It may be singular: integrals over elements
+/// without free nodes cannot change, and interface nodes couple two integrals.
 class Reach {
   public:
     Reach() = default;
-    /// Rows are scaled for the pseudo-inverse, since volumes of materials differ widely.
+    /// Rows are scaled for the pseudo-inverse, because volumes of materials differ widely.
     explicit Reach(const Eigen::MatrixXd& a) : square_(0.5 * (a + a.transpose())) {
         constexpr double singular = 1e-10;
         Eigen::VectorXd scale = a.diagonal();
@@ -90,9 +90,8 @@ class Reach {
     }
     [[nodiscard]] const Eigen::MatrixXd& square() const { return square_; }
     [[nodiscard]] bool is_whole() const { return is_whole_; }
-    /// Multipliers of the smallest change that comes closest to `gap`.
     [[nodiscard]] Eigen::VectorXd multipliers(const Eigen::VectorXd& gap) const { return inverse_ * gap; }
-    /// Unreachable part of `gap`, exactly 0 within rounding.
+    /// Part of `gap` that no change of the field reaches; exactly 0 within rounding.
     [[nodiscard]] Eigen::VectorXd rest(const Eigen::VectorXd& gap) const {
         constexpr double rounding = 1e-8;
         Eigen::VectorXd rest = Eigen::VectorXd::Zero(gap.size());
@@ -108,11 +107,10 @@ class Reach {
     bool is_whole_ = true;
 };
 
-/// Change of the unknowns and new group targets.
 struct SmallestChange {
     Buffer<double> change;
-    std::vector<double> moved;                          ///< per group: change of the target integral
-    std::size_t spread = 0, unconserved_materials = 0;  ///< see TransferStatistics
+    std::vector<double> moved;  ///< change of each group's target integral
+    std::size_t spread = 0, unconserved_materials = 0;
 };
 
 template <int D, int K>
@@ -127,8 +125,8 @@ class Changes {
                 if (u != none) patch_of_[u] = patches.groups[patches.group_of_new[slot]].patch;
     }
 
-    /// Computes M⁻¹ Cᵀ, with a column for the k-th groups of all patches, which are disjoint, and the reach of each
-    /// patch and of all by material.
+    /// Computes M⁻¹ Cᵀ and the matrices `Reach` of each patch and of the materials. Column k serves the k-th groups of
+    /// all patches, which are disjoint.
     [[nodiscard]] Outcome<Done> make(const Execution& execution) {
         std::size_t most = 0;
         std::vector<Eigen::MatrixXd> squares;
@@ -159,8 +157,8 @@ class Changes {
         return Done{};
     }
 
-    /// Smallest change of the integrals by `gap`. Parts that a patch cannot reach use the smallest change of all nodes,
-    /// by material.
+    /// Smallest change of the field that changes the integrals by `gap`. Parts of `gap` that a patch cannot reach are
+    /// spread over all nodes of the material.
     [[nodiscard]] SmallestChange least(const std::vector<double>& gap) const {
         SmallestChange out{.change = Buffer<double>(matrix_.size(), 0), .moved = std::vector<double>(gap.size(), 0)};
         std::vector<double> lambda(gap.size());
@@ -183,7 +181,6 @@ class Changes {
     }
 
   private:
-    /// Reach of each material's integral over all its groups.
     [[nodiscard]] Reach reach_of_materials() const {
         const auto m = static_cast<Eigen::Index>(materials_);
         Eigen::MatrixXd all = Eigen::MatrixXd::Zero(m, m);
@@ -220,7 +217,6 @@ class Changes {
     [[nodiscard]] std::size_t local(std::size_t group) const {
         return group - patches_.first_group[patches_.groups[group].patch];
     }
-    /// C x.
     [[nodiscard]] Outcome<std::vector<Sum>> over_groups(std::span<const double> x, const Execution& execution) const {
         return sums_by_group(
             patches_.group_of_new, patches_.groups.size(), 1,
@@ -237,10 +233,10 @@ class Changes {
     const Patches& patches_;
     MassMatrix<D, K>& matrix_;
     std::size_t materials_;
-    Buffer<std::uint32_t> patch_of_;  ///< per unknown
+    Buffer<std::uint32_t> patch_of_;
     std::vector<Buffer<double>> columns_;
-    std::vector<Reach> of_patches_;  ///< their groups
-    Reach of_materials_;             ///< over all groups; only if some patch is not whole
+    std::vector<Reach> of_patches_;  ///< for the groups of each patch
+    Reach of_materials_;             ///< for the materials; only if the integrals of some patch cannot all change
 };
 
 }  // namespace
@@ -273,7 +269,7 @@ Outcome<std::vector<double>> missing_integrals(const ProjectionInput<D>& scene,
         execution);
     if (!after) return fail(after.error());
     const std::vector<Sum>& before = projection.before;
-    // A new material has no integral to preserve.
+    // A material that is new in a patch has no integral to preserve.
     std::vector<std::uint8_t> existed(patches.groups.size(), 0);
     for (const std::uint32_t group : patches.group_of_old)
         if (group != no_group) existed[group] = 1;
@@ -292,7 +288,7 @@ Outcome<Done> conserve_integrals(const ProjectionInput<D>& scene, const typename
                                  Projection<D, K>& projection, const Execution& execution) {
     Changes<D, K> changes(patches, scene.materials.size(), projection.matrix);
     const std::size_t components = projection.block.components;
-    // The repetitions correct the errors of the columns.
+    // Repetitions correct the errors of the approximate columns of M⁻¹ Cᵀ.
     constexpr int rounds = 3;
     for (int round = 0; round < rounds; ++round) {
         const auto missing = missing_integrals(scene, patches, projection, execution);
@@ -329,8 +325,8 @@ CAMBER_INSTANTIATE(3, 2)
 
 namespace {
 
-/// ∫ φ per unknown, and the group of all its elements; `no_group` on interfaces, where a change would affect two
-/// groups.
+/// ∫ φ for each unknown, and the group that contains all elements of its node. The group is `no_group` for interface
+/// nodes, where a change would affect two groups.
 template <int D, int K>
 struct Movable {
     Buffer<double> weight;
@@ -371,11 +367,11 @@ Outcome<Done> clip_to_limits(const ProjectionInput<D>& scene, const typename Pat
                 std::clamp(value(u, c), projection.low[u * components + c], projection.high[u * components + c]);
     const auto free = movable<D, K>(patches, projection.matrix, execution);
     if (!free) return fail(free.error());
-    // The second pass corrects rounding of the first.
+    // The second pass corrects rounding errors of the first.
     for (int round = 0; round < 2; ++round) {
         const auto missing = missing_integrals(scene, patches, projection, execution);
         if (!missing) return fail(missing.error());
-        // Admissible move of a node in the required direction.
+        // Maximum change of a node's value towards the missing integral, within the limits.
         const auto room = [&](std::size_t u, std::size_t c) {
             const double gap = (*missing)[free->group[u] * components + c] * free->weight[u];
             if (gap == 0) return 0.0;

@@ -1,5 +1,5 @@
-// Example of camber.transfer: a front moves between meshes of 10 x 10 and 13 x 13 cells ten times, by interpolation and
-// by conservative projection.
+// Example of camber.transfer: the values of a front are transferred between meshes of 10 x 10 and 13 x 13 cells ten
+// times, by interpolation and by conservative projection.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Locates new points in old elements, interpolates and integrates residuals.
+// Locates new points in old elements, interpolates fields and integrates residuals.
 module;
 #include <algorithm>
 #include <array>
@@ -20,7 +20,7 @@ namespace camber {
 
 namespace {
 
-/// Submesh with renumbered vertices; `number` is all invalid before and after.
+/// Makes a submesh. All entries of `number` are invalid before and after the call.
 template <int D>
 QuadraticMesh<D> part_of_mesh(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& elements,
                               Buffer<VertexId>& number) {
@@ -49,7 +49,7 @@ QuadraticMesh<D> part_of_mesh(const QuadraticMesh<D>& mesh, const std::vector<st
     part.linear.elements.vertices = std::move(simplices);
     part.linear.elements.references = std::move(references);
     part.edges.of_elements = std::move(of_elements);
-    part.mid_nodes = mesh.mid_nodes;  // edges keep their numbers, since location uses nothing else of them
+    part.mid_nodes = mesh.mid_nodes;  // edges keep their numbers, because location only uses their nodes
     return part;
 }
 
@@ -142,11 +142,11 @@ std::uint32_t Sources<D>::across(std::size_t material, std::uint32_t element, st
     return is_all ? next.value : part.elements[next.index()];
 }
 
-/// Newton's method from the centre; updates the Jacobian in curved elements.
+/// Solves F(ξ) = p by Newton's method from the centre. In curved elements, the Jacobian is updated.
 template <int D>
 bool Nearby<D>::is_inside(const Tried& here, const Vec<D>& p, Barycentric<D>& xi) {
     constexpr int most_steps = 6;
-    constexpr double far = 0.2, small = 1e-6;  // the error after a step of 10⁻⁶ is its square
+    constexpr double far = 0.2, small = 1e-6;  // after a step of 10⁻⁶, the error is about its square
     const Vec<D> r = p - here.map.origin;
     xi.fill(1.0 / (D + 1));
     Vec<D> step = here.inverse * (r - here.centre);
@@ -172,7 +172,7 @@ bool Nearby<D>::is_inside(const Tried& here, const Vec<D>& p, Barycentric<D>& xi
     return false;
 }
 
-/// Neighbour across the face with the lowest coordinate, by the linear map at the centre.
+/// Neighbour across the face with the lowest barycentric coordinate of p, by the linear map at the centre.
 template <int D>
 std::uint32_t Nearby<D>::next_towards(const Tried& here, const Vec<D>& p) const {
     const Vec<D> step = here.inverse * (p - here.map.origin - here.centre);
@@ -325,7 +325,7 @@ class Interpolation {
                 add_field<D, 2>(old_, place.element, quadratic, fields_[f].values.data(), out);
         }
     }
-    /// Copies the values of the old node; false if a field has none (degree 1 at an edge node).
+    /// Copies the values of the old node. Returns false if a field has none (degree 1 at an edge node).
     [[nodiscard]] bool copy_old_values(std::size_t n, std::uint32_t same) {
         bool all = true;
         for (std::size_t f = 0; f < fields_.size(); ++f) {
@@ -338,7 +338,7 @@ class Interpolation {
         return all;
     }
 
-    /// Old place of new node n, in an element of one of its materials or nearest to one.
+    /// Old position of new node n: in an element of one of the node's materials, or in the nearest such element.
     [[nodiscard]] OldPosition<D> find(std::size_t n) const {
         const Vec<D>& p = place_of(new_, n);
         OldPosition<D> best;
@@ -373,7 +373,7 @@ class Interpolation {
     const Sources<D>& sources_;
     NodeMaterials materials_;
     Buffer<std::uint32_t> old_element_at_;
-    std::size_t nodes_ = 0;  ///< maximum over the fields
+    std::size_t nodes_ = 0;
     Interpolated out_;
 };
 
@@ -399,7 +399,6 @@ std::vector<std::uint8_t> requested_materials(const QuadraticMesh<D>& new_mesh, 
 
 namespace {
 
-/// Elements whose residuals are in memory at a time.
 constexpr std::size_t block_size = 16384;
 
 template <int D, int K>
@@ -422,7 +421,7 @@ class Parts {
     }
 
     struct Scratch {
-        std::vector<double> values;  ///< u at the nodes, by component
+        std::vector<double> values;
     };
     void begin(std::size_t i, std::size_t e, Scratch& scratch) {
         std::ranges::fill(row(i), 0.0);
@@ -432,7 +431,7 @@ class Parts {
             for (const std::size_t n : all) scratch.values.push_back(projection_.block.values[n * components_ + c]);
     }
 
-    /// Adds weight φ (u_old − u) at point q of the rule, with old position `place`.
+    /// Adds weight φ (u_old − u) at quadrature point q, whose old position is `place`.
     void add(std::size_t i, std::size_t q, double weight, const OldPosition<D>& place, Scratch& scratch) {
         if (components_ == 0) return;
         const auto& phi = projection_.reference.functions[q];
@@ -448,7 +447,6 @@ class Parts {
             for (std::size_t k = 0; k < nodes; ++k) out[k] += weight * difference * phi[k];
         }
     }
-    /// Limits of new element i of the block from its old elements.
     void limit(std::size_t i, std::span<const std::uint32_t> old_elements) {
         if (!has_limits_) return;
         for (std::size_t c = 0; c < components_; ++c) {

@@ -19,7 +19,7 @@ namespace camber {
 template <int D, int K>
 inline constexpr int field_nodes = K == 1 ? D + 1 : quadratic_nodes<D>;
 
-/// Lagrange functions of degree K: vertices, then edges in the order of `local_edges`.
+/// Lagrange functions of degree K, for vertices, then for edges in the order of `local_edges`.
 template <int D, int K>
 [[nodiscard]] constexpr std::array<double, field_nodes<D, K>> lagrange(const Barycentric<D>& xi) {
     std::array<double, field_nodes<D, K>> phi{};
@@ -29,7 +29,7 @@ template <int D, int K>
     return phi;
 }
 
-/// Element nodes: vertices, then V + the edge's number.
+/// Node numbers of an element: vertices, then (number of vertices) + (number of the edge).
 template <int D, int K>
 [[nodiscard]] std::array<std::size_t, field_nodes<D, K>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     std::array<std::size_t, field_nodes<D, K>> nodes{};
@@ -46,12 +46,12 @@ template <int D>
     return n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point;
 }
 
-/// F relative to an element's vertex 0: errors are relative to its size.
+/// The map F of an element relative to its vertex 0, so that rounding errors are relative to the element's size.
 template <int D>
 struct ElementMap {
     Vec<D> origin;
     QuadraticSimplex<D, D> relative;
-    bool is_straight = true;  ///< all edge nodes are bitwise the chords' middles: F is affine
+    bool is_straight = true;  ///< F is affine: all edge nodes are bitwise the midpoints of their chords
 
     [[nodiscard]] Vec<D> at(const Barycentric<D>& xi) const { return origin + relative.point(xi); }
     [[nodiscard]] double determinant(const Barycentric<D>& xi) const { return det(Mat<D>{relative.derivatives(xi)}); }
@@ -68,7 +68,7 @@ template <int D>
         const auto [i, j] = local_edges<D>[k];
         const Vec<D>& node = mesh.mid_nodes[mesh.edges.of_elements[e][k]].point;
         const bool is_middle = node == midpoint(mesh.linear.points[v[i]], mesh.linear.points[v[j]]);
-        // Far from 0 a rounded middle is not the middle of the differences.
+        // Far from the origin, a rounded midpoint is not the midpoint of the coordinate differences.
         control[D + 1 + k] = is_middle
                                  ? midpoint(control[i], control[j])
                                  : control_point(control[i], LagrangeNode<D>{node - map.origin}, control[j]).point;
@@ -79,8 +79,8 @@ template <int D>
 
 inline constexpr std::uint32_t none = 0xffffffffU;
 
-/// Materials shared by two meshes: their common references, if each mesh has more than one. Other elements belong to
-/// the last material, the rest.
+/// Materials of two meshes: the references that both meshes have, if each mesh has several references. All other
+/// elements belong to the last material, `rest`.
 template <int D>
 class Materials {
   public:
@@ -137,7 +137,8 @@ class NodeMaterials {
         others_.erase(twice.begin(), twice.end());
     }
 
-    /// Calls `visit(material)` until it returns true; nodes without elements have the rest.
+    /// Calls `visit(material)` for the materials of node n until it returns true. A node without elements has the
+    /// material `rest`.
     template <class Visit>
     void visit(std::size_t n, Visit&& visit) const {
         if (visit(first_[n] == none ? rest_ : first_[n])) return;
@@ -148,11 +149,12 @@ class NodeMaterials {
 
   private:
     Buffer<std::uint32_t> first_;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> others_;  ///< interface nodes: (node, material), ascending
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> others_;  ///< further materials of interface nodes: (node,
+                                                                   ///< material), ascending
     std::size_t rest_;
 };
 
-/// Compensated sum (Neumaier 1974), with the sum of absolute values.
+/// Compensated sum (Neumaier 1974) of values, and the sum of their absolute values.
 struct Sum {
     double total = 0, rest = 0, size = 0;
 
@@ -165,8 +167,8 @@ struct Sum {
     [[nodiscard]] double value() const { return total + rest; }
 };
 
-/// Sums by group the `columns` numbers that `terms(slot, out)` writes for slots below n; result by group. Terms are
-/// computed in parallel, but added in slot order. `no_group` is skipped.
+/// Returns sums by group. `terms(slot, out)` writes the `columns` numbers of a slot. Terms are computed in parallel,
+/// but added in slot order. Slots of `no_group` are skipped.
 inline constexpr std::uint32_t no_group = 0xffffffffU;
 template <class Terms>
 [[nodiscard]] Outcome<std::vector<Sum>> sums_by_group(std::span<const std::uint32_t> group_of, std::size_t groups,
@@ -189,32 +191,32 @@ template <class Terms>
     return sums;
 }
 
-/// Bitwise common parts of two meshes. Nodes are numbered as for degree 2.
+/// Bitwise equal nodes and elements of two meshes. Nodes have the numbers of degree 2.
 struct CommonParts {
-    Buffer<std::uint32_t> old_node;     ///< per new node: old one at its position, or `none`
-    Buffer<std::uint32_t> old_element;  ///< per new element: old one with its nodes and material, or `none`
-    Buffer<std::uint8_t> is_preserved;  ///< per old element: true if it is one of these
+    Buffer<std::uint32_t> old_node;     ///< for each new node: the old node at its position, or `none`
+    Buffer<std::uint32_t> old_element;  ///< for each new element: the old one with equal nodes and material, or `none`
+    Buffer<std::uint8_t> is_preserved;  ///< for each old element: true if a new element equals it
 };
 
-/// If several old nodes share a position (a crack), a new node gets that of an unchanged element, else the first.
-/// Errors: memory, stopped.
+/// If several old nodes are at a position (a crack), a new node there gets the node of an unchanged element, else the
+/// first. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<CommonParts> find_common(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
                                                const Materials<D>& materials, const Execution& execution);
 
-/// Input errors of `transfer`.
 template <int D>
 [[nodiscard]] Outcome<Done> check_input(const QuadraticMesh<D>& old_mesh, std::span<const TransferField> fields,
                                         const QuadraticMesh<D>& new_mesh, const TransferOptions& options,
                                         const Execution& execution);
 
-/// Integrals of each field by material, before and after; without empty materials. Errors: memory, stopped.
+/// Integrals of each field by material, in the old and in the new mesh. Materials without elements are not listed.
+/// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<std::vector<std::vector<MaterialIntegrals>>> total_integrals(
     const QuadraticMesh<D>& old_mesh, std::span<const TransferField> old_fields, const QuadraticMesh<D>& new_mesh,
     std::span<const TransferField> new_fields, const Materials<D>& materials, const Execution& execution);
 
-/// ∫ φ_α |det J| over elements; exact where det J > 0 (polynomial of degree D + 2 at most).
+/// ∫ φ_α |det J| over each element. It is exact where det J > 0 (polynomial of degree D + 2 at most).
 template <int D, int K>
 class Weights {
   public:
@@ -247,13 +249,12 @@ class Weights {
     Functions reference_{};
 };
 
-/// Nodal values, `components` each.
 struct NodalValues {
     std::span<const double> values;
     std::size_t components = 1;
 };
 
-/// Integrals of a field over elements, by group. `element(slot)`: element number.
+/// Integrals of a field over elements, by group. `element(slot)` returns the element's number.
 template <int D, int K, class ElementOf>
 [[nodiscard]] Outcome<std::vector<Sum>> integrals_by_group(const QuadraticMesh<D>& mesh, const ElementOf& element,
                                                            std::span<const std::uint32_t> group_of, std::size_t groups,
@@ -274,15 +275,15 @@ template <int D, int K, class ElementOf>
         execution);
 }
 
-/// Fields of one degree, components side by side, sharing matrices.
+/// All fields of one degree, with their components side by side, because they share matrices.
 struct Block {
     int degree = 2;
-    std::vector<std::size_t> fields;    ///< field numbers
-    std::size_t components = 0;         ///< total
-    Buffer<double> old_values, values;  ///< at old and at new nodes
+    std::vector<std::size_t> fields;
+    std::size_t components = 0;
+    Buffer<double> old_values, values;
 };
 
-/// `values` are those of all fields at the new nodes.
+/// `values` has the values of all fields at the new nodes.
 [[nodiscard]] inline Block block_of(int degree, std::span<const TransferField> fields,
                                     const std::vector<Buffer<double>>& values) {
     Block block{.degree = degree, .fields = {}, .components = 0, .old_values = {}, .values = {}};

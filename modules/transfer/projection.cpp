@@ -23,7 +23,7 @@ namespace camber {
 
 namespace {
 
-/// Maximum over all elements, so that Eigen's decomposition is compiled once.
+/// Maximum number of nodes of all element types, so that Eigen's decomposition is compiled once.
 constexpr int most_nodes = field_nodes<3, 2>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_nodes, most_nodes>;
 
@@ -93,7 +93,9 @@ Outcome<MassMatrix<D, K>> MassMatrix<D, K>::make(const QuadraticMesh<D>& mesh,
             return d;
         };
         if (auto done = m.assemble(diagonals, m.inverse_diagonal_, execution); !done) return fail(done.error());
-        for (double& d : m.inverse_diagonal_) d = d > 0 ? 1 / d : 0;  // a node with vanishing elements only stays
+        for (double& d : m.inverse_diagonal_)
+            d = d > 0 ? 1 / d : 0;  // 0 for nodes whose elements all vanish: their
+                                    // values do not change
         return m;
     });
 }
@@ -158,7 +160,8 @@ Outcome<Done> MassMatrix<D, K>::weigh(const QuadraticMesh<D>& mesh, const std::v
             curved_[curved_at_[slot]] = element.matrix;
             scales_[slot] = 0;
             all.turned += element.least > 0 ? 0 : 1;
-            // m M̂ ≤ M ≤ n M̂ with m ≤ det J ≤ n, hence also for the diagonals; sufficient if det J varies little.
+            // If m ≤ det J ≤ n and M̂ is the reference mass matrix, then m M̂ ≤ M ≤ n M̂. The same holds for the
+            // diagonals. These bounds suffice if det J varies little.
             const double ratio = element.largest / element.least;
             std::array<double, 2> bounds{reference.low / ratio, reference.high * ratio};
             if (!(element.least > 0) || !(ratio < 1.5)) bounds = ReferenceMass<D, K>::eigenvalues(element.matrix);
@@ -214,8 +217,9 @@ auto MassMatrix<D, K>::local_product(std::size_t slot, const std::array<double, 
 
 template <int D, int K>
 Outcome<Done> MassMatrix<D, K>::solve(std::span<double> r, std::span<double> x, const Execution& execution) {
-    // Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1, with the eigenvalues in θ ± δ. The error falls
-    // as 2 q^k, q = (√κ − 1)/(√κ + 1). An element that nearly vanishes makes κ large, so the work is bounded.
+    // Algorithm 12.1 of Saad, Iterative Methods for Sparse Linear Systems, for eigenvalues in θ ± δ with condition
+    // number κ. The error falls as 2 q^k, q = (√κ − 1)/(√κ + 1). An element that nearly vanishes makes κ large, so the
+    // number of steps is bounded.
     constexpr double share = 1e-10, least_eigenvalue = 1e-3;
     const double low = std::max(low_, least_eigenvalue * high_);
     const double root = std::sqrt(high_ / low), q = (root - 1) / (root + 1);
@@ -263,7 +267,7 @@ Changed find_changed(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& n
     return changed;
 }
 
-// Items of the sets: new slots, old slots, old nodes, new nodes.
+// The items of the disjoint sets are new slots, old slots, old nodes and new nodes, in this order.
 template <int D>
 PatchSearch<D>::PatchSearch(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh, const CommonParts& same,
                             const Changed& changed)
@@ -293,7 +297,7 @@ auto PatchSearch<D>::patches(const QuadraticMesh<D>& old_mesh, const QuadraticMe
                              const Materials<D>& materials) -> Patches {
     Patches out;
     const std::size_t first_old = changed_.new_elements.size();
-    // The lowest item of a patch is its first new, else old element.
+    // The lowest item of a patch is its first new element, or its first old one if it has no new element.
     std::vector<std::uint32_t> patch_of(first_old, none);
     std::vector<typename Patches::Group> of_new(first_old);
     for (std::size_t slot = 0; slot < first_old; ++slot) {
@@ -342,7 +346,6 @@ Outcome<Projection<D, K>> begin_projection(const ProjectionInput<D>& scene, std:
     return projection;
 }
 
-/// Solves for the nearest field in L2, then corrects integrals and limits.
 template <int D, int K>
 Outcome<Done> finish_projection(const ProjectionInput<D>& scene, const typename PatchSearch<D>::Patches& patches,
                                 Projection<D, K>& projection, const Execution& execution) {

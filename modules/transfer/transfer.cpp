@@ -56,7 +56,6 @@ Outcome<Transferred> transfer(const QuadraticMesh<D>& old_mesh, std::span<const 
 
 namespace {
 
-/// Node with its number in files.
 template <int D>
 Entity entity_of(const QuadraticMesh<D>& mesh, std::size_t n) {
     const std::size_t vertices = mesh.linear.points.size();
@@ -64,7 +63,6 @@ Entity entity_of(const QuadraticMesh<D>& mesh, std::size_t n) {
     return {"edge", n - vertices + 1};
 }
 
-/// Lowest i < n with `is_bad(i)`, or n.
 template <class IsBad>
 Outcome<std::size_t> first_bad(std::size_t n, const IsBad& is_bad, const Execution& execution) {
     return reduce_each(
@@ -135,7 +133,6 @@ Outcome<Done> check_input(const QuadraticMesh<D>& old_mesh, std::span<const Tran
 
 namespace {
 
-/// Bits of a position; −0 becomes 0.
 template <int D>
 std::array<std::uint64_t, D> bits_of(const Vec<D>& p) {
     std::array<std::uint64_t, D> bits{};
@@ -143,11 +140,10 @@ std::array<std::uint64_t, D> bits_of(const Vec<D>& p) {
     return bits;
 }
 
-/// Key of an element: first old nodes at its vertices' positions, ascending.
+/// Key of an element: for each vertex, the first old node at its position; ascending.
 template <int D>
 using Corners = std::array<std::uint64_t, D + 1>;
 
-/// Items i < n by key(i); the first of equal ones.
 template <class KeyOf>
 RowTable table_of(std::size_t n, const KeyOf& key) {
     RowTable table(n);
@@ -172,7 +168,7 @@ class Matching {
 
     [[nodiscard]] std::uint32_t node(std::size_t n) const { return node_at(place_of(new_, n)); }
 
-    /// Old element with the same nodes and material as a new one; `old_node` holds the nodes.
+    /// Old element with the nodes and material of new element e, or `none`.
     [[nodiscard]] std::uint32_t element(std::size_t e, const Buffer<std::uint32_t>& old_node) const {
         Corners<D> corners{};
         for (int i = 0; i <= D; ++i) {
@@ -190,7 +186,8 @@ class Matching {
         return found;
     }
 
-    /// Old element nodes at the positions of a new element with the same vertices; none if any is missing.
+    /// For two elements with the same vertices, returns the old node at the position of each new node; `none` where
+    /// there is no such node.
     [[nodiscard]] auto counterparts(std::size_t e, std::size_t found) const {
         const auto own_nodes = nodes_of<D, 2>(new_, e), counterpart = nodes_of<D, 2>(old_, found);
         std::array<std::uint32_t, quadratic_nodes<D>> out{};
@@ -230,7 +227,7 @@ class Matching {
     const QuadraticMesh<D>& new_;
     const Materials<D>& materials_;
     RowTable nodes_;
-    Buffer<std::uint32_t> first_;  ///< per old vertex: first old node at its position
+    Buffer<std::uint32_t> first_;  ///< for each old vertex: the first old node at its position
     RowTable elements_;
 };
 

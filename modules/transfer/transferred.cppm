@@ -10,12 +10,13 @@ import camber.core;
 
 export namespace camber {
 
-/// Continuous field on a quadratic mesh by nodal values: u∘F_K = Σ φ_α(ξ) u_α in the curved element K.
+/// A continuous field on a quadratic mesh, given by nodal values u_α: u∘F_K = Σ φ_α(ξ) u_α in the curved element K with
+/// the map F_K.
 struct TransferField {
-    int components = 1;  ///< per node: 1 for scalars, D for vectors; independent functions
-    /// 1: values at vertices, linear in ξ; 2: at vertices, then at edges in the order of the mesh's EdgeSet.
+    int components = 1;  ///< 1 for scalars, D for vectors, or the number of independent functions
+    /// 1: values at vertices, linear in ξ. 2: values at vertices, then at edges in the order of the mesh's EdgeSet.
     int degree = 2;
-    Column<double> values;  ///< by node, components side by side
+    Column<double> values;  ///< node by node, with components side by side
 
     friend bool operator==(const TransferField&, const TransferField&) = default;
 };
@@ -26,8 +27,8 @@ template <int D>
 }
 
 enum class TransferMethod : std::uint8_t {
-    interpolate,  ///< old field at the new nodes
-    conserve,     ///< nearest field in L2 where elements changed, with preserved integrals by material
+    interpolate,  ///< value of the old field at each new node
+    conserve,     ///< nearest field in L2 where elements changed; integrals by material are preserved
 };
 [[nodiscard]] constexpr auto words(TransferMethod) {
     return words_of(Word{TransferMethod::interpolate, "interpolate"}, Word{TransferMethod::conserve, "conserve"});
@@ -35,8 +36,8 @@ enum class TransferMethod : std::uint8_t {
 
 /// Limits of projected values.
 enum class TransferBounds : std::uint8_t {
-    none,   ///< none: over- and undershoots at jumps
-    local,  ///< range of the old elements around; integrals are preserved within it
+    none,   ///< no limits: projected values over- and undershoot at jumps
+    local,  ///< range of values in the old elements around; integrals are preserved within it
 };
 [[nodiscard]] constexpr auto words(TransferBounds) {
     return words_of(Word{TransferBounds::none, "none"}, Word{TransferBounds::local, "local"});
@@ -65,29 +66,29 @@ struct TransferOptions {
     friend bool operator==(const TransferOptions&, const TransferOptions&) = default;
 };
 
-/// Integrals over a material, in both meshes.
 struct MaterialIntegrals {
-    /// None: all elements if materials are not distinguished, else those whose reference the other mesh lacks.
+    /// None: all elements if materials are not distinguished, else all elements whose reference is missing in the other
+    /// mesh.
     std::optional<Reference> reference;
-    std::vector<double> before, after;  ///< one per component
+    std::vector<double> before, after;
 };
 
 struct TransferStatistics {
-    std::size_t preserved = 0;         ///< nodes bitwise at an old position, with its exact value
+    std::size_t preserved = 0;         ///< nodes bitwise at an old node, with its exact value
     std::size_t interpolated = 0;      ///< nodes inside an old element (of their material)
-    std::size_t outside = 0;           ///< nodes outside: nearest boundary point used
-    std::size_t lost = 0;              ///< of these: not proven outside
-    double largest_distance = 0;       ///< from outside nodes to that point (model units)
-    std::size_t projected = 0;         ///< nodes changed by the projection, also counted above
-    std::size_t changed_elements = 0;  ///< new elements absent from the old mesh
-    std::size_t patches = 0;           ///< connected sets of these
+    std::size_t outside = 0;           ///< nodes outside, with the value at the nearest boundary point
+    std::size_t lost = 0;              ///< nodes counted in `outside` that are not proven to be outside
+    double largest_distance = 0;       ///< from an outside node to its boundary point (model units)
+    std::size_t projected = 0;         ///< nodes changed by the projection; they are also counted above
+    std::size_t changed_elements = 0;  ///< new elements that the old mesh does not have
+    std::size_t patches = 0;           ///< connected sets of changed elements
     std::size_t turned = 0;            ///< new elements with det J <= 0 at a quadrature point
-    /// Groups (patch and material) whose free nodes cannot preserve the integral; the rest is spread over the
-    /// material's other patches.
+    /// Groups (elements of one patch and material) whose free nodes cannot preserve the integral. The difference is
+    /// spread over the material's other patches.
     std::size_t spread = 0;
-    /// Materials without any such node; their error is `after − before`.
+    /// Materials that have no free nodes to preserve the integral. Their error is `after − before`.
     std::size_t unconserved_materials = 0;
-    std::vector<std::vector<MaterialIntegrals>> integrals;  ///< by field
+    std::vector<std::vector<MaterialIntegrals>> integrals;
 };
 
 struct Transferred {
@@ -95,18 +96,19 @@ struct Transferred {
     TransferStatistics statistics;
 };
 
-/// Transfers fields to a new mesh. Nodes exactly at old nodes keep their values bitwise. Others get the old field's
-/// value there or, outside, at the nearest point of the curved old boundary. If both meshes have several element
-/// references, nodes of reference r use old elements of reference r only.
+/// Transfers fields to a new mesh. Nodes exactly at old nodes keep their values bitwise. Other nodes get the old
+/// field's value at their position or, outside the old mesh, at the nearest point of its curved boundary. If both
+/// meshes have several element references, nodes of reference r use old elements of reference r only.
 ///
-/// `conserve` then finds the new elements that are not bitwise old elements. Nodes of only such elements get the values
-/// that minimise ∫ (u − u_old)² over these, by quadrature. The smallest L2 change then restores ∫ u over each connected
-/// patch and material. For patches without such nodes the material's integral is preserved over all patches (`spread`);
-/// materials without any are reported (`unconserved_materials`). Docs: docs/algorithms/transfer.md.
+/// `conserve` then finds the changed elements: new elements that are not bitwise old elements. Nodes all of whose
+/// elements changed get the values that minimise ∫ (u − u_old)² over the changed elements, by quadrature. The smallest
+/// L2 change then restores ∫ u over each connected patch and material. If a patch has no such nodes, the material's
+/// integral is preserved over all patches (`spread`). Materials without such nodes are reported
+/// (`unconserved_materials`). Docs: docs/algorithms/transfer.md.
 ///
-/// Errors: usage (a column without `components` values per node; a degree other than 1 and 2; limits of options); input
-/// (a value or coordinate that is not finite, with its node; an old mesh without elements); those of `neighbours`;
-/// memory; stopped.
+/// Errors: usage (a column without `components` values for each node; a degree other than 1 and 2; limits of options);
+/// input (a value or coordinate that is not finite, with its node; an old mesh without elements); those of
+/// `neighbours`; memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<Transferred> transfer(const QuadraticMesh<D>& old_mesh, std::span<const TransferField> fields,
                                             const QuadraticMesh<D>& new_mesh, const TransferOptions& options,

@@ -15,9 +15,9 @@ module camber.validity;
 import camber.core;
 import camber.bezier;
 
-// The level without rounding. Doubles are integer multiples of a power of two. The power of each axis is factored out,
-// because it multiplies det J and det of the straight element alike. All values are then integers, and bisection needs
-// no division.
+// Decides validity without rounding. Doubles are integer multiples of a power of two. The power of each axis is
+// factored out, because it multiplies det J and det of the straight element alike. All values are then integers, and
+// bisection needs no division.
 namespace camber {
 
 /// 512 bits in place suffice for a typical tetrahedron; larger values use the heap.
@@ -28,8 +28,8 @@ namespace {
 
 constexpr int longest_path = exact_depth;
 
-/// det J on a part (Bernstein coefficients of degree D) and det of the straight element, in one unit. `path`:
-/// bisections as 2 · local edge + side.
+/// det J on a part (Bernstein coefficients of degree D) and det of the straight element, in one unit. `path`: the
+/// bisections that lead to the part, each as 2 · local edge + side.
 template <int D>
 struct ExactJacobian {
     std::array<Integer, jacobian_coefficients<D>> values{};
@@ -38,8 +38,8 @@ struct ExactJacobian {
     int depth = 0;
 };
 
-/// Deferred halving: the sum after m of n bisections is 2^m times too large. Doubles are scaled by 2⁻ᵐ (exact except
-/// for underflow), integers by 2^(n−m), so that all of them grow by 2ⁿ.
+/// Halving is deferred: after m of n bisections, a sum is 2^m times too large. Doubles are multiplied by 2⁻ᵐ (exact
+/// except for underflow), integers by 2^(n−m), so that all integers grow by 2ⁿ.
 double halved(double x, int m, int) { return x * (1.0 / (1 << m)); }
 Integer halved(const Integer& x, int m, int n) { return x << (n - m); }
 
@@ -54,7 +54,7 @@ ExactJacobian<D> half(ExactJacobian<D> part, int edge, int side) {
     return part;
 }
 
-/// Local edge with the largest second difference; if all vanish, det J is affine.
+/// Local edge with the largest second difference. If all differences vanish, det J is affine.
 template <int D>
 int most_bent_edge(const ExactJacobian<D>& part) {
     int most = 0;
@@ -86,7 +86,7 @@ struct SearchLimits {
     int depth, parts;
 };
 
-/// Depth-first search, the half with the lower corner first. `bad(part)` receives the part that ends the search.
+/// Searches depth first, the half with the lower corner first. `bad(part)` receives the part that ends the search.
 /// Undecided if a limit was reached.
 template <int D, class Look, class Bad>
 Verdict search(ExactJacobian<D> whole, const SearchLimits& limits, Look&& look, Bad&& bad) {
@@ -119,7 +119,7 @@ Verdict search(ExactJacobian<D> whole, const SearchLimits& limits, Look&& look, 
     return ambiguous ? Verdict::undecided : Verdict::valid;
 }
 
-/// Vertex weights at the corners of a part. Integers are exact up to a power of two, doubles up to 52 bisections.
+/// Barycentric weights of the corners of a part. Integers are exact up to a power of two, doubles up to 52 bisections.
 template <class Weight, int D>
 std::array<std::array<Weight, D + 1>, D + 1> place_of(const ExactJacobian<D>& part) {
     std::array<std::array<Weight, D + 1>, D + 1> corners{};
@@ -154,7 +154,6 @@ using Points = std::array<Vec<D>, quadratic_nodes<D>>;
 template <int D>
 using IntegerPoints = std::array<std::array<Integer, D>, quadratic_nodes<D>>;
 
-/// Exponent of the largest power of two that divides an axis.
 template <int D>
 int common_exponent(const Points<D>& points, int c) {
     int lowest = 2000;
@@ -190,8 +189,8 @@ ColumnPoints<D, Integer> doubled_columns(const IntegerPoints<D>& n, Form form) {
     return d;
 }
 
-/// Σ over the ordered D-tuples of vertices with sum α of the determinants of their column vectors: multinomial(α) times
-/// the coefficient, without a factor 2^D.
+/// For each α: the sum of the determinants of the column vectors over all ordered D-tuples of vertices with sum α. It
+/// is multinomial(α) / 2^D times the coefficient.
 template <int D>
 std::array<Integer, jacobian_coefficients<D>> ordered_sums(const ColumnPoints<D, Integer>& d) {
     const auto pairs = [&]<std::size_t... B>(std::index_sequence<B...>) {
@@ -220,7 +219,6 @@ std::array<std::array<Integer, D>, D> straight_edges(const IntegerPoints<D>& n) 
     return edges;
 }
 
-/// det J and bound · det of the straight element, in one unit.
 template <int D>
 ExactJacobian<D> exact_jacobian(const Points<D>& points, Form form, double bound) {
     const IntegerPoints<D> n = integers<D>(points);
@@ -255,7 +253,7 @@ PartVerdict judge(const ExactJacobian<D>& part) {
 template <int D>
 using Weights = std::array<Integer, D + 1>;
 
-/// (Σw)^D det J at w/Σw: Σ multinomial(α) w^α c_α.
+/// Returns Σ multinomial(α) w^α c_α, which is (Σw)^D det J at w/Σw.
 template <int D>
 Integer value_at(const ExactJacobian<D>& t, const Weights<D>& w) {
     Integer value;
@@ -294,7 +292,6 @@ Weights<D> whole_weights(const Barycentric<D>& point) {
     return w;
 }
 
-/// Nothing if `still` fails after rounding to doubles.
 template <int D, class Still>
 std::optional<Barycentric<D>> in_doubles(Weights<D> w, Still&& still) {
     Integer common = 0;
@@ -326,11 +323,11 @@ Certificate<D> refuted(const ExactJacobian<D>& whole, const Weights<D>& w) {
             in_doubles<D>(w, [&](const Weights<D>& taken) { return fails_at<D>(whole, taken); })};
 }
 
-/// Closed form: minimum of the quadratic form wᵀ M w = det J − bound |det straight| over the weights
-/// (docs/algorithms/validity.md). 1ᵀ adj(M) 1 is the determinant of the form on Σw = 0.
+/// Decides in closed form, by the minimum over the weights w of the quadratic form wᵀ M w = det J − bound |det
+/// straight| (docs/algorithms/validity.md). 1ᵀ adj(M) 1 is the determinant of the form on Σw = 0.
 Certificate<2> decide_triangle(const ExactJacobian<2>& t) {
     const Integer least = magnitude_of(t.straight);
-    const bool touching_fails = least == 0;  // then the condition is det J > 0, else det J ≥ least
+    const bool touching_fails = least == 0;  // the condition is det J > 0 if `least` is 0, else det J ≥ least
     const auto fails = [&](const Integer& x) { return x < 0 || (touching_fails && x == 0); };
     std::array<std::array<Integer, 3>, 3> m;
     for (int i = 0; i < 3; ++i)
@@ -421,7 +418,7 @@ int common_exponent(const SurfaceTriangle& t) {
     return lowest;
 }
 
-/// One power of two for all axes, because products are summed over them.
+/// All axes have one power of two, because products are summed over the axes.
 std::array<std::array<Integer, 3>, quadratic_nodes<2>> integers_of(const SurfaceTriangle& t) {
     const int lowest = common_exponent(t);
     std::array<std::array<Integer, 3>, quadratic_nodes<2>> out;
@@ -483,7 +480,7 @@ Certificate<D> decide_exactly(const Points<D>& points, Form form, double bound) 
     }
 }
 
-/// n/d · 2^exponent, exact or rounded up, with the sign of n.
+/// Returns n/d · 2^exponent, exact or rounded up, with the sign of n.
 double rounded_up(const Integer& n, const Integer& d, int exponent) {
     if (n == 0) return 0;
     const Integer size = magnitude_of(n);
@@ -516,7 +513,7 @@ Weights<D> in_digits(const Barycentric<D>& point, int digits) {
 template <int D>
 class FailureSearch {
   public:
-    /// `full`: for the bound 1; det J is in units of 2^exponent.
+    /// `full`: Jacobian for the bound 1, with det J in units of 2^exponent.
     FailureSearch(ExactJacobian<D> requested, ExactJacobian<D> full, int exponent)
         : requested_(std::move(requested)), full_(std::move(full)), exponent_(exponent) {}
 

@@ -35,7 +35,7 @@ static Outcome<bool> example(const Execution& execution) {
     const Proposal<2> proposal{mesh->linear.points, std::move(nodes), std::move(kinds),
                                Buffer<EdgeChange>(n, EdgeChange::optimised)};
 
-    const double bound = 0.1;  // of det J / |det of the straight element|
+    const double bound = 0.1;  // lower bound for det J / |det of the straight element|
     const auto judged = validate(*mesh, proposal, bound, execution);
     if (!judged) return fail(judged.error());
     const Validation<2>& before = judged->validation();

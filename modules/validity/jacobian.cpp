@@ -85,7 +85,7 @@ double leading(const DoubleDouble& x) { return x.high; }
 template <class Real>
 struct Columns {
     SurfaceColumns<Real> d;
-    std::array<std::array<Real, 3>, 2> w, straight;  ///< see `JacobianColumns`
+    std::array<std::array<Real, 3>, 2> w, straight;
 };
 
 template <class Real>
@@ -108,9 +108,9 @@ Columns<Real> columns_of(const SurfaceTriangle& t) {
     return j;
 }
 
-/// N · s and s · s with s = 2⁻ᵏ times the straight normal (exact scaling). On axis c, N_c has error ε_c (error_bound),
-/// s_c has 2⁻ᵏ ε_c, and |N_c|, |2ᵏ s_c| ≤ M_c = 4 perm(w). Products err by M 2⁻ᵏε + ε (|s| + 2⁻ᵏε). The three products
-/// and two sums add far less than γ M (|s| + 2⁻ᵏε).
+/// Computes N · s and s · s, where s is 2⁻ᵏ times the straight normal (exact scaling). On axis c, N_c has the error ε_c
+/// (error_bound) and s_c the error 2⁻ᵏ ε_c; |N_c| and |2ᵏ s_c| are at most M_c = 4 perm(w). Products err by M 2⁻ᵏε + ε
+/// (|s| + 2⁻ᵏε). The three products and two sums add far less than γ M (|s| + 2⁻ᵏε).
 template <class Real>
 BoundedJacobian<2, Real> projected_jacobian(const SurfaceTriangle& t) {
     const Columns<Real> j = columns_of<Real>(t);
@@ -118,7 +118,7 @@ BoundedJacobian<2, Real> projected_jacobian(const SurfaceTriangle& t) {
     double largest = 0;
     for (const Real& x : s) largest = std::max(largest, std::abs(leading(x)));
     BoundedJacobian<2, Real> out;
-    out.error = std::numeric_limits<double>::infinity();  // no normal in doubles
+    out.error = std::numeric_limits<double>::infinity();  // doubles cannot represent the normal
     if (!(largest > 0) || !std::isfinite(largest)) return out;
     const Real scale = std::ldexp(1.0, -std::max(std::ilogb(largest), -1000));
     Real error = 0;
@@ -146,7 +146,7 @@ BoundedJacobian<2, Real> projected_jacobian(const SurfaceTriangle& t) {
     return out;
 }
 
-/// Positively oriented 2D form of a triangle in an axis-parallel plane; nothing if the sign is not certain.
+/// Positively oriented 2D form of a triangle in an axis-parallel plane; nothing if its orientation is uncertain.
 std::optional<NodalSimplex<2>> in_axis_plane(const SurfaceTriangle& t) {
     for (int c = 0; c < 3; ++c) {
         if (!std::ranges::all_of(t.nodes, [&](const Vec<3>& p) { return p[c] == t.nodes[0][c]; })) continue;

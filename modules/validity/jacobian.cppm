@@ -13,7 +13,8 @@ import camber.bezier;
 
 export namespace camber {
 
-/// An unevaluated sum of two doubles (Dekker 1971): about 104 bits. Requires arithmetic without contraction.
+/// An unevaluated sum of two doubles (Dekker 1971): about 104 bits. The compiler must not contract operations (no fused
+/// multiply-add).
 struct DoubleDouble {
     double high = 0, low = 0;
 
@@ -27,7 +28,7 @@ struct DoubleDouble {
         const double t = s - a;
         return {s, (a - (s - t)) + (b - t)};
     }
-    /// The same, for |a| ≥ |b|.
+    /// a + b, exactly, for |a| ≥ |b|.
     [[nodiscard]] static constexpr DoubleDouble quick_sum(double a, double b) {
         const double s = a + b;
         return {s, b - (s - a)};
@@ -59,7 +60,7 @@ struct DoubleDouble {
     friend constexpr bool operator>(const DoubleDouble& a, const DoubleDouble& b) { return b < a; }
 
   private:
-    /// Two 26-bit parts of x.
+    /// Splits x into two 26-bit parts.
     [[nodiscard]] static constexpr DoubleDouble halves(double x) {
         const double c = 134217729.0 * x;  // 2²⁷ + 1
         const double h = c - (c - x);
@@ -67,11 +68,10 @@ struct DoubleDouble {
     }
 };
 
-/// det J has degree D, one for each column.
+/// Number of coefficients of det J, which has degree D: one for each column.
 template <int D>
 inline constexpr int jacobian_coefficients = node_count<D, D>;
 
-/// Order of all coefficient arrays.
 template <int D>
 inline constexpr const auto& jacobian_indices = multi_indices<D, D>;
 
@@ -93,7 +93,8 @@ namespace camber {
 
 /// The following templates also take packs of doubles (core:tensors); therefore they are always inlined.
 
-/// d[a−1][i] = P_{e_i+e_a} − P_{e_i+e_0}: column a of J is 2 Σ_i ξ_i d[a−1][i] (a = 1 … D, i = 0 … D).
+/// d[a−1][i] = P_{e_i+e_a} − P_{e_i+e_0} for Bézier points P. Column a of J is 2 Σ_i ξ_i d[a−1][i] (a = 1 … D, i = 0 …
+/// D).
 template <int D, class Real>
 using ColumnPoints = std::array<std::array<std::array<Real, D>, D + 1>, D>;
 
@@ -101,7 +102,7 @@ using ColumnPoints = std::array<std::array<std::array<Real, D>, D + 1>, D>;
 template <int D, class Real>
 using ColumnBounds = std::array<std::array<Real, D>, D>;
 
-/// Index of the node of the local edge i–j; the vertex if i = j.
+/// Index of the node between the local vertices i and j; the vertex if i = j.
 template <int D>
 inline constexpr auto node_between = [] {
     std::array<std::array<int, D + 1>, D + 1> table{};
@@ -125,7 +126,7 @@ template <class Real>
     return {u[0] * v[1] - u[1] * v[0]};
 }
 
-/// Σ of d_{D−1}[j] × d_D[k] over the ordered pairs with β = e_j + e_k.
+/// Σ of d_{D−1}[j] × d_D[k] over the ordered pairs (j, k) with e_j + e_k = β.
 template <int D, std::size_t B, class Real>
 [[nodiscard, gnu::always_inline]] constexpr auto pair_product(const ColumnPoints<D, Real>& d) {
     constexpr auto jk = [] {
@@ -142,8 +143,8 @@ template <int D, std::size_t B, class Real>
     return sum;
 }
 
-/// Σ_i d_1[i] · (pair product of α − e_i), times 8 / multinomial(α). This is the mean over the ordered triples α = e_i
-/// + e_j + e_k of 8 det(d_1[i], d_2[j], d_3[k]) (Johnen, Remacle, Geuzaine 2013).
+/// Σ_i d_1[i] · (pair product of α − e_i), times 8 / multinomial(α). This is the mean of 8 det(d_1[i], d_2[j], d_3[k])
+/// over the ordered triples with e_i + e_j + e_k = α (Johnen, Remacle, Geuzaine 2013).
 template <std::size_t A, class Real, class Pairs>
 [[nodiscard, gnu::always_inline]] constexpr Real triple_coefficient(const ColumnPoints<3, Real>& d,
                                                                     const Pairs& pairs) {
@@ -192,22 +193,22 @@ template <class Real>
     return a > b ? a : b;
 }
 
-/// γ of `error_bound`: 32 u for doubles (u = 2⁻⁵³); 32 · 2⁻⁹⁵ for `DoubleDouble`, whose operations err by less than
-/// 2⁻¹⁰⁰ (without `rounded`).
+/// Factor γ of `error_bound`: 32 u for doubles (u = 2⁻⁵³); 32 · 2⁻⁹⁵ for `DoubleDouble`, whose operations err by less
+/// than 2⁻¹⁰⁰ (without `rounded`).
 template <class Real>
 inline constexpr double rounding_factor = 0x1p-48;
 template <>
 inline constexpr double rounding_factor<DoubleDouble> = 0x1p-90;
 
-/// Added to every w: γ w must exceed the underflow of an entry of d (half an edge between denormal numbers; for
-/// `DoubleDouble` the low part of any product), which other columns multiply.
+/// Added to every w, so that γ w exceeds the underflow of an entry of d, which other columns multiply. Underflow occurs
+/// where half an edge between denormal numbers is computed; for `DoubleDouble`, in the low part of any product.
 template <class Real>
 inline constexpr double smallest_bound = 0x1p-1020;
 template <>
 inline constexpr double smallest_bound<DoubleDouble> = 0x1p-970;
 
-/// Error bound of coefficients: γ · 2^D perm(w), with w ≥ |d| and |error of d| ≤ (2u + u²) w. A coefficient is a mean
-/// of products 2^D d_1 d_2 d_3, each at most 2^D perm(w).
+/// Returns γ · 2^D perm(w), which bounds the error of each coefficient. Requires w ≥ |d| and |error of d| ≤ (2u + u²)
+/// w. A coefficient is a mean of products 2^D d_1 d_2 d_3, each at most 2^D perm(w).
 ///
 /// - Each product has 6 relative roundings from d and 10 from arithmetic: pair product 2, sum of pairs 1, times d_1 1,
 ///   sums over axes 2 and vertices 2, 8/multinomial 2.
@@ -245,16 +246,16 @@ template <int D, class Real>
 
 export namespace camber {
 
-/// Bézier coefficients of det J of one element. `Real` may be a pack of doubles.
+/// `Real` may be a pack of doubles.
 template <int D, class Real = double>
 struct BoundedJacobian {
-    std::array<Real, jacobian_coefficients<D>> coefficients{};  ///< in the order of jacobian_indices<D>
-    Real straight{};                                            ///< same vertices
+    std::array<Real, jacobian_coefficients<D>> coefficients{};
+    Real straight{};
     Real error{};  ///< bounds the error of each coefficient and of `straight`
 };
 
-/// A P2 element by its Lagrange nodes: vertices, then edge nodes in the order of `local_edges`. Certificates hold for
-/// these stored numbers.
+/// A P2 element, stored as its Lagrange nodes: vertices, then edge nodes in the order of `local_edges`. Certificates
+/// hold for these stored numbers.
 template <int D>
 struct NodalSimplex {
     std::array<Vec<D>, quadratic_nodes<D>> nodes{};
@@ -271,7 +272,7 @@ template <int D>
     return s;
 }
 
-/// Includes rounding errors; certificates refer to the nodes.
+/// The result has rounding errors; certificates refer to the nodes.
 template <int D>
 [[nodiscard]] inline QuadraticSimplex<D, D> bezier_form(const NodalSimplex<D>& s) {
     QuadraticSimplex<D, D> q;
@@ -287,7 +288,7 @@ template <int D>
 
 namespace camber {
 
-/// With bounds, and the edges of the straight element.
+/// Columns d with bounds w, and the edges of the straight element.
 template <int D, class Real>
 struct JacobianColumns {
     ColumnPoints<D, Real> d;
@@ -295,8 +296,8 @@ struct JacobianColumns {
     std::array<std::array<Real, D>, D> straight;
 };
 
-/// From Lagrange nodes n_ij (n_ii = vertex i): P_{e_i+e_a} − P_{e_i+e_0} = 2 (n_ia − n_i0) − (p_a − p_0)/2. Only
-/// differences of stored numbers occur, so the error is relative to the size of the element.
+/// Computes columns from the Lagrange nodes n_ij (n_ii = vertex i): P_{e_i+e_a} − P_{e_i+e_0} = 2 (n_ia − n_i0) − (p_a
+/// − p_0)/2. Only differences of stored numbers occur, so the error is relative to the size of the element.
 template <int D, class Real, class Coordinate>
 [[nodiscard, gnu::always_inline]] inline JacobianColumns<D, Real> columns_of_nodes(Coordinate&& coordinate) {
     JacobianColumns<D, Real> j;
@@ -327,7 +328,7 @@ template <int D, class Real, class Coordinate>
                 largest = larger<Real>(largest, magnitude<Real>(j.d[a - 1][i][c]));
             }
             j.straight[a - 1][c] = coordinate(a, c) - coordinate(0, c);
-            j.w[a - 1][c] = largest + smallest_bound<Real>;  // edges are sums of two of them: below 2 w
+            j.w[a - 1][c] = largest + smallest_bound<Real>;  // straight edges are sums of two entries, thus below 2 w
         }
     return j;
 }
@@ -345,7 +346,7 @@ template <int D, class Real, class Coordinate>
     return jacobian_of<D, Real>(columns_of_points<D, Real>(coordinate));
 }
 
-/// The factor and the last rounding err by 2⁻⁵² of the coefficient.
+/// Rounds to doubles; the error grows by 2⁻⁵¹ of the largest coefficient.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> rounded(const BoundedJacobian<D, DoubleDouble>& j) {
     BoundedJacobian<D> out;
@@ -363,19 +364,18 @@ template <int D>
 
 export namespace camber {
 
-/// From the stored Lagrange nodes.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> bounded_jacobian(const NodalSimplex<D>& s) {
     return jacobian_of_nodes<D, double>([&](int node, int c) { return s.nodes[node].c[c]; });
 }
 
-/// From exact Bézier points.
+/// Uses the Bézier points, taken as exact.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> bounded_jacobian(const QuadraticSimplex<D, D>& s) {
     return jacobian_of_points<D, double>([&](int node, int c) { return s.control[node].c[c]; });
 }
 
-/// Double-double arithmetic, rounded at the end: the error is relative to the coefficients, not to their summands.
+/// Uses double-double arithmetic, rounded at the end: the error is relative to the coefficients, not to their summands.
 /// About twenty times slower; for elements that doubles leave undecided.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> double_double_jacobian(const NodalSimplex<D>& s) {
@@ -388,7 +388,8 @@ template <int D>
         jacobian_of_points<D, DoubleDouble>([&](int node, int c) { return DoubleDouble(s.control[node].c[c]); }));
 }
 
-/// In the order of multi_indices<D, D> (6 or 20). For a straight element all equal det of the edge vectors.
+/// Returns the Bézier coefficients of det J in the order of multi_indices<D, D> (6 or 20). For a straight element all
+/// are equal to det of the edge vectors.
 template <int D>
 [[nodiscard]] inline std::array<double, jacobian_coefficients<D>> jacobian(const QuadraticSimplex<D, D>& element) {
     return bounded_jacobian(element).coefficients;
@@ -411,7 +412,7 @@ struct AffineJacobian {
     std::array<AffineFunction<D>, jacobian_coefficients<D>> coefficients{};
     double scale = 1;     ///< |det of the straight element|; the largest coefficient if it is flat
     double straight = 0;  ///< |det of the straight element| / scale: 1, or about 0
-    double error = 0;     ///< of the coefficients at P_0, divided by scale
+    double error = 0;     ///< error of the coefficients at P_0, divided by `scale`
 };
 
 }  // namespace camber
@@ -437,9 +438,9 @@ template <int D>
     }
 }
 
-/// Derivatives by the node of the last edge, D−1 to D. It occurs in column D of J at vertex D−1 and in column D−1 at
-/// vertex D, twice each, times the cofactors of these columns. The cofactors do not depend on the node (J = J_0 + P ⊗
-/// g).
+/// Derivative of a coefficient by the node P of the last edge, D−1 to D. P occurs in column D of J at vertex D−1 and in
+/// column D−1 at vertex D, twice each, times the cofactors of these columns. The cofactors do not depend on P (J = J_0
+/// + P ⊗ g).
 template <int D, std::size_t A>
 [[nodiscard]] constexpr Vec<D> coefficient_gradient(const auto& of_last, const auto& of_other) {
     constexpr auto alpha = jacobian_indices<D>[A];
@@ -459,7 +460,7 @@ template <int D, std::size_t A>
     return ((D == 2 ? 8.0 : 16.0) / multinomial<D>(alpha)) * gradient;
 }
 
-/// For columns D and D−1 of J / 2: Bézier coefficients of degree D − 1.
+/// Bézier coefficients, of degree D − 1, of the cofactors of columns D and D−1 of J / 2.
 template <int D>
 [[nodiscard]] constexpr auto cofactors_of(const ColumnPoints<D, double>& d) {
     constexpr int count = node_count<D - 1, D>;
@@ -485,7 +486,7 @@ template <int D>
 
 export namespace camber {
 
-/// Functions of the node of `edge`, in the order of the element with this edge last.
+/// Returns the coefficients as functions of the node of `edge`, in the order of the element with this edge last.
 template <int D>
 [[nodiscard]] inline AffineJacobian<D> affine_jacobian(const NodalSimplex<D>& s, int edge) {
     const auto order = edge_last<D>(edge);
@@ -525,7 +526,7 @@ template <int D>
     return j;
 }
 
-/// Eight elements, one per lane; unset lanes are points.
+/// Eight elements, one per lane. All nodes of an unset lane are at one point.
 template <int D>
 struct NodalPack {
     alignas(64) std::array<std::array<std::array<double, pack_size>, D>, quadratic_nodes<D>> nodes{};
@@ -536,11 +537,10 @@ struct NodalPack {
     }
 };
 
-/// Data for tests of the lowest coefficient.
 struct JacobianSummary {
     double lowest = 0;
-    double straight = 0;         ///< see BoundedJacobian
-    double error = 0;            ///< see BoundedJacobian
+    double straight = 0;
+    double error = 0;
     double sum_of_absolute = 0;  ///< finite if no coefficient is infinite or NaN
 
     [[nodiscard]] bool is_finite() const { return std::isfinite(error + straight + sum_of_absolute); }
@@ -555,17 +555,16 @@ struct JacobianSummary {
     return low;
 }
 
-/// Bitwise equal to `bounded_jacobian` for any instruction set.
+/// The results are bitwise equal to those of `bounded_jacobian` for any instruction set.
 template <int D>
 [[nodiscard]] std::array<JacobianSummary, pack_size> jacobian_summaries(const NodalPack<D>& elements,
                                                                         Instructions set = widest_instructions());
 
-/// True if certainly valid (`decide_by_coefficients`) and not `blurred`.
+/// True if the element is certainly valid (`decide_by_coefficients`) and not `blurred`.
 [[nodiscard]] bool is_clear(const JacobianSummary& jacobian, double bound);
 
 [[nodiscard]] double smallest_scaled_coefficient(const JacobianSummary& jacobian);
 
-/// Calls visit(i, jacobian of element(i)).
 template <int D, class Element, class Visit>
 void each_jacobian_summary(std::size_t begin, std::size_t end, const Element& element, const Visit& visit) {
     NodalPack<D> pack;
@@ -577,11 +576,12 @@ void each_jacobian_summary(std::size_t begin, std::size_t end, const Element& el
     }
 }
 
-/// D! times the volume of a straight simplex. The sign is certain; 0 if double-double arithmetic does not determine it.
+/// D! times the volume of a straight simplex. The sign is certain; the value is 0 if double-double arithmetic does not
+/// determine the sign.
 template <int D>
 [[nodiscard]] double signed_volume(const std::array<Vec<D>, D + 1>& corners);
 
-/// ∫ det J over the volume of the reference element; uses the straight element if the sign is not certain.
+/// Mean of det J over the reference element. If the sign is not certain: the value for the straight element.
 template <int D>
 [[nodiscard]] double signed_volume(const NodalSimplex<D>& element);
 

@@ -19,7 +19,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Largest float that is at most x.
 float rounded_down(double x) {
     const auto f = static_cast<float>(x);
     return static_cast<double>(f) > x ? std::nextafter(f, -std::numeric_limits<float>::infinity()) : f;
@@ -37,7 +36,7 @@ struct Counts {
     }
 };
 
-/// The first of equal values.
+/// The smallest value and its element; the first of equal values.
 struct Smallest {
     double value = infinity;
     ElementId element;
@@ -60,7 +59,6 @@ void each_low(const Elements<D>& elements, std::size_t begin, std::size_t end, c
     each_jacobian_summary<D>(begin, end, [&](std::size_t i) { return elements(id(i)); }, visit);
 }
 
-/// Used for standalone surface meshes.
 struct Triangles {
     static constexpr int dimension = 3;
     const QuadraticMesh<3>& mesh;
@@ -99,7 +97,7 @@ bool mark(const Items& items, const JacobianSummary& jacobian, double bound, Ele
     return validity.straight_inverted;
 }
 
-/// Marks id(0) … id(n − 1). Returns the number of flat or inverted straight elements.
+/// Returns the number of flat or inverted straight elements.
 template <class Items, class Ids>
 Outcome<std::size_t> mark_all(const Items& items, std::size_t n, const Ids& id, double bound, Marks& marks,
                               const Execution& execution) {
@@ -119,7 +117,6 @@ Outcome<std::size_t> mark_all(const Items& items, std::size_t n, const Ids& id, 
     });
 }
 
-/// det J > 0 of a marked element.
 template <class Items>
 Verdict positivity(const Items& items, double bound, const Marks& marks, std::size_t e) {
     if (bound == 0 || (marks.verdicts[e] == Verdict::valid && bound > 0)) return marks.verdicts[e];
@@ -140,8 +137,8 @@ Outcome<Counts> count_verdicts(const Items& items, double bound, const Marks& ma
         [](const Counts& a, const Counts& b) { return a + b; });
 }
 
-/// Refines the smallest value; after refinement of the lowest element, only elements with a bound below its value
-/// remain.
+/// Refines the smallest value. Once the lowest element is refined, only elements with a lower bound below its value
+/// remain to be refined.
 template <class Items>
 Outcome<Validation<Items::dimension>> finish_validation(const Items& items, double bound, Marks marks,
                                                         std::size_t straight_inverted, const Execution& execution) {

@@ -15,7 +15,7 @@ export namespace camber {
 inline constexpr double min_bound = 1e-9;
 /// Recommended value: suitable for solvers, reachable at low cost (bench/results/bounds.md).
 inline constexpr double default_bound = 0.1;
-/// Target without a metric or solution (docs/algorithms/repair.md).
+/// Target of the repair without a metric or solution (docs/algorithms/repair.md).
 inline constexpr double target_without_metric = 0.6;
 
 struct JacobianBound {
@@ -47,35 +47,35 @@ template <class S>
 /// Verdicts of a mesh. For standalone surface meshes, elements are triangles.
 template <int D>
 struct Validation {
-    double bound = 0;          ///< bound of the verdicts
-    Column<Verdict> verdicts;  ///< one per element
-    /// Certified lower bounds of det J / |det straight|. Within 1e-3 of the minimum (see ElementValidity) if the
-    /// coefficients alone did not decide, or if the minimum of the mesh may occur there; else the smallest coefficient.
-    /// ±∞ for flat straight elements.
+    double bound = 0;  ///< bound for the verdicts
+    Column<Verdict> verdicts;
+    /// Certified lower bounds of det J / |det straight|. A value is within 1e-3 of the minimum (see ElementValidity) if
+    /// the coefficients alone did not decide, or if the minimum of the mesh may occur in the element. Other values are
+    /// the smallest coefficient. Flat straight elements have ±∞.
     Column<float> min_scaled_jacobian;
     std::size_t invalid = 0, undecided = 0;
-    /// Elements without certified det J > 0, ascending: `invalid` if it is refuted, else `undecided`.
+    /// Elements for which det J > 0 is not certified, ascending: `invalid` if it is refuted, else `undecided`.
     std::vector<std::pair<ElementId, Verdict>> not_positive;
     std::size_t straight_inverted = 0;  ///< elements with a flat or inverted straight element
-    double smallest = 1;  ///< of min_scaled_jacobian without flat elements; within 1e-3 of the true minimum
-    ElementId worst;      ///< element of `smallest`; not valid if there is none
+    double smallest = 1;  ///< minimum of min_scaled_jacobian without flat elements; within 1e-3 of the true minimum
+    ElementId worst;      ///< element with the value `smallest`, if any
 
-    [[nodiscard]] std::size_t not_valid() const { return invalid + undecided; }  ///< to the bound
-    [[nodiscard]] bool all_valid() const { return not_valid() == 0; }            ///< to the bound
-    [[nodiscard]] bool certified() const { return not_positive.empty(); }        ///< det J > 0 everywhere
+    [[nodiscard]] std::size_t not_valid() const { return invalid + undecided; }
+    [[nodiscard]] bool all_valid() const { return not_valid() == 0; }      ///< for the bound
+    [[nodiscard]] bool certified() const { return not_positive.empty(); }  ///< det J > 0 everywhere
     friend bool operator==(const Validation&, const Validation&) = default;
 };
 
 /// A proposal with its mesh and all verdicts. Only `validate` and functions that use its results (`relax`, `repair`)
-/// create one, so the verdicts match the nodes. `commit` accepts nothing else.
+/// create judged proposals, so the verdicts match the nodes. `commit` accepts nothing else.
 template <int D>
 class JudgedProposal {
   public:
-    [[nodiscard]] const QuadraticMesh<D>& mesh() const { return mesh_; }  ///< without the proposal
+    [[nodiscard]] const QuadraticMesh<D>& mesh() const { return mesh_; }  ///< the mesh before the proposal
     [[nodiscard]] const Proposal<D>& proposal() const { return proposal_; }
     [[nodiscard]] const Validation<D>& validation() const { return validation_; }
 
-    /// Edge kinds do not influence the verdicts.
+    /// Returns a copy with other edge kinds, which do not influence the verdicts.
     [[nodiscard]] JudgedProposal with_kinds(Column<EdgeKind> kinds) const {
         JudgedProposal other = *this;
         other.proposal_.kinds = std::move(kinds);
@@ -83,7 +83,7 @@ class JudgedProposal {
     }
     friend bool operator==(const JudgedProposal&, const JudgedProposal&) = default;
 
-    /// Judges the stored nodes relative to the straight elements of the proposal's points. Errors: a proposal of
+    /// Judges the proposed nodes relative to the straight elements with the proposed points. Errors: a proposal of
     /// another mesh (internal), stopped.
     [[nodiscard]] static Outcome<JudgedProposal> judge(QuadraticMesh<D> mesh, Proposal<D> proposal, double bound,
                                                        const Execution& execution);
@@ -117,7 +117,7 @@ template <int D>
     return nodal_form<D>(mesh.linear.points, mid_nodes, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e]);
 }
 
-/// The entity maps are identities while the topology is unchanged.
+/// The entity maps are identities, because the topology is unchanged.
 template <int D>
 struct Committed {
     QuadraticMesh<D> mesh;

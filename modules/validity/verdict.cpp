@@ -15,7 +15,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Limits of depth and parts. Corners are integer multiples of 2⁻⁵² up to this depth, and therefore exact.
+/// Limits of bisection depth and parts. Up to this depth, corners are integer multiples of 2⁻⁵² and therefore exact.
 constexpr int max_depth = 52;
 constexpr int max_parts = 4000;
 
@@ -39,9 +39,9 @@ double lowest_corner_value(const std::array<double, jacobian_coefficients<D>>& c
     return c[corner_coefficients<D>[lowest_corner<D>(c)]];
 }
 
-/// Rounding error of a coefficient; `error` applies before bisection. A bisection averages up to D times in a row.
+/// Rounding error of a coefficient; `error` is its value before bisection. A bisection averages up to D times in a row.
 /// Averages do not add errors, but each sum is rounded by u, and halving may underflow. Averages never exceed the
-/// largest coefficient: D u · largest per bisection; 4 u also covers growth by rounding.
+/// largest coefficient. A bisection therefore adds D u · largest; 4 u also covers growth by rounding.
 struct RoundingError {
     double error, step;
     [[nodiscard]] double after(int depth) const { return error + step * depth; }
@@ -54,7 +54,7 @@ RoundingError rounding_error_of(const BoundedJacobian<D>& jacobian) {
     return {jacobian.error, 0x1p-51 * largest + 0x1p-1070};
 }
 
-/// det J is certainly sufficient above `above` and certainly not below `below`.
+/// Values of det J above `above` are certainly sufficient, and values below `below` are certainly not.
 struct Threshold {
     double value;
     RoundingError blur;
@@ -62,8 +62,8 @@ struct Threshold {
     [[nodiscard]] double below(int depth) const { return value - blur.after(depth); }
 };
 
-/// bound · |straight| has the error bound times that of `straight`, plus roundings u of the product, of `after` and
-/// `above`, and of the comparison.
+/// The error of bound · |straight| is the bound times that of `straight`, plus roundings u of the product, of `after`
+/// and `above`, and of the comparison.
 template <class Jacobian>
 Threshold threshold_of(const Jacobian& jacobian, double bound) {
     const double requested = std::max(bound, 0.0);
@@ -85,8 +85,8 @@ bool finite(const BoundedJacobian<D>& jacobian) {
     return std::isfinite(sum);
 }
 
-/// Depth-first, in constant memory. `visit(part)` returns true to bisect; the half with the smaller coefficient is
-/// next. False if a limit was reached.
+/// Bisects depth first, in constant memory. `visit(part)` returns true to bisect; the half with the smaller coefficient
+/// is next. False if a limit was reached.
 template <int D, class Visit>
 bool search(const BoundedJacobian<D>& jacobian, Visit&& visit) {
     std::array<JacobianPart<D>, max_depth + 2> stack;
@@ -107,7 +107,6 @@ bool search(const BoundedJacobian<D>& jacobian, Visit&& visit) {
     return true;
 }
 
-/// `found(part)` receives the part with a witness corner.
 template <int D, class Found>
 Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold& threshold, Found&& found) {
     bool invalid = false;
@@ -122,8 +121,8 @@ Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold&
             found(part);
             return false;
         }
-        // A corner between the limits stays one in all its parts; a part that is affine within rounding gives no
-        // further information.
+        // A corner value between the limits stays a corner of smaller parts, and a part that is affine within rounding
+        // gives no further information.
         if (corner <= threshold.above(part.depth) || largest_bend(part).size < 0.125 * threshold.blur.error) {
             ambiguous = true;
             return false;
@@ -166,7 +165,6 @@ bool straight_is_flat(const Jacobian& jacobian) {
     return !(std::abs(jacobian.straight) > 2 * jacobian.error);
 }
 
-/// (low − blur) / |straight|, rounded down.
 template <class Jacobian>
 double scaled_down(const Jacobian& jacobian, double low, double blur) {
     const double number = low - blur;
@@ -175,7 +173,7 @@ double scaled_down(const Jacobian& jacobian, double low, double blur) {
     return ratio - std::abs(ratio) * 0x1p-50;
 }
 
-/// At least half of the minimum; 0 if rounding hides it.
+/// Lower bound of at least half of the minimum; 0 if rounding hides the minimum.
 template <int D>
 double positive_bound(const BoundedJacobian<D>& jacobian) {
     const auto low = smallest_value(jacobian, 0.5, 0);
@@ -259,7 +257,7 @@ ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound) 
     } else {
         const auto low = smallest_value(jacobian, 0.5 * scaled_jacobian_tolerance, std::abs(jacobian.straight));
         validity.min_scaled_jacobian = scaled_down(jacobian, low.value, rounding_error_of(jacobian).after(low.depth));
-        // Near the bound the verdict is a sharper certificate.
+        // Near the bound, the verdict proves more than the computed value.
         if (validity.verdict == Verdict::valid)
             validity.min_scaled_jacobian = std::max(validity.min_scaled_jacobian, bound);
         if (!(validity.min_scaled_jacobian > 0) &&
@@ -297,7 +295,7 @@ ElementValidity check_by_levels(const Element& element, bool element_is_finite, 
     return validity;
 }
 
-/// Also shows the sign of the minimum below the bound, if certain.
+/// Also determines the sign of a minimum below the bound, if it is certain.
 template <int D, class Element>
 ElementValidity check(const Element& element, bool element_is_finite, double bound) {
     ElementValidity validity = check_by_levels<D>(element, element_is_finite, bound);

@@ -12,17 +12,17 @@ import :jacobian;
 
 export namespace camber {
 
-/// de Casteljau: c[target] ← (c[target] + c[source]) / 2.
+/// A step of de Casteljau's algorithm: c[target] ← (c[target] + c[source]) / 2.
 struct Averaging {
     std::uint8_t target, source;
 };
 
-/// Σ α_j over the multi-indices.
+/// Number of averagings of a bisection: Σ α_j over the multi-indices.
 template <int D>
 inline constexpr int averagings = jacobian_coefficients<D> * D / (D + 1);
 
-/// Moves vertex `from` to the midpoint of its edge to `to`, in place. Round r treats indices with α_from ≥ r, higher
-/// α_from first, so that each source still has its previous value.
+/// Moves vertex `from` to the midpoint of its edge to `to`, in place. Step r averages coefficients with α_from ≥ r,
+/// those with higher α_from first, so that each source still has its previous value.
 template <int D>
 [[nodiscard]] constexpr std::array<Averaging, averagings<D>> bisection(int from, int to) {
     std::array<Averaging, averagings<D>> steps{};
@@ -39,7 +39,7 @@ template <int D>
     return steps;
 }
 
-/// bisections<D>[edge][side]: the part at that end.
+/// bisections<D>[edge][side] gives the half at that end of the edge.
 template <int D>
 inline constexpr auto bisections = [] {
     std::array<std::array<std::array<Averaging, averagings<D>>, 2>, edges_per_simplex<D>> table{};
@@ -89,7 +89,8 @@ template <int D>
     return part;
 }
 
-/// Largest second difference along a local edge. If all of these vanish, det J is affine with its minimum at a corner.
+/// Largest second difference along a local edge. If all second differences vanish, det J is affine with its minimum at
+/// a corner.
 struct Bend {
     int edge = 0;
     double size = 0;
@@ -118,28 +119,28 @@ template <int D>
     return part;
 }
 
-/// valid: det J / |det of the straight element| ≥ bound and det J > 0 everywhere. invalid: not everywhere. undecided:
-/// not determined; treat as not valid.
+/// valid: det J / |det of the straight element| ≥ bound and det J > 0 everywhere. invalid: this fails at a point.
+/// undecided: neither was determined; treat it as not valid.
 enum class Verdict : std::uint8_t { valid, invalid, undecided };
 
 struct ElementValidity {
     Verdict verdict = Verdict::undecided;
     /// Certified lower bound of min det J / |det of the straight element with the same vertices|, at most 1e-3 · max(1,
-    /// |minimum|) below it. If det J > 0 is certified, it is positive, or 0 where rounding hides it. For straight
-    /// elements that are flat within rounding: +∞ if det J > 0 everywhere, else −∞.
+    /// |minimum|) below the minimum. It is positive if det J > 0 is certified, or 0 where rounding hides the minimum.
+    /// For straight elements that are flat within rounding: +∞ if det J > 0 everywhere, else −∞.
     double min_scaled_jacobian = 0;
-    /// Does not determine validity.
+    /// An inverted straight element may still be valid.
     bool straight_inverted = false;
 };
 
 /// Maximum error of `min_scaled_jacobian` relative to max(1, |minimum|).
 inline constexpr double scaled_jacobian_tolerance = 1e-3;
 
-/// Uses the coefficients, then bisections.
+/// Decides by the coefficients, then by bisections.
 template <int D>
 [[nodiscard]] Verdict decide(const BoundedJacobian<D>& jacobian, double bound);
 
-/// The verdict of `certify`: adds sharp coefficients and integers.
+/// Returns the verdict of `certify`, which also uses double-double arithmetic and integers.
 template <int D>
 [[nodiscard]] Verdict decide(const NodalSimplex<D>& element, double bound);
 
@@ -151,12 +152,12 @@ template <class Jacobian>
 }
 
 /// First stage of `decide`, without branches. valid: all coefficients exceed the bound by more than their rounding
-/// error. invalid: a vertex coefficient is below it.
+/// error. invalid: a vertex coefficient is certainly below the bound.
 template <int D>
 [[nodiscard]] Verdict decide_by_coefficients(const BoundedJacobian<D>& jacobian, double bound);
 
-/// Smallest coefficient, minus its error, over |det of the straight element|: a certified lower bound, not always
-/// close. ±∞ for flat straight elements, as in ElementValidity.
+/// Returns (smallest coefficient − its error) / |det of the straight element|: a certified lower bound, not always
+/// close to the minimum. ±∞ for flat straight elements, as in ElementValidity.
 template <int D>
 [[nodiscard]] double smallest_scaled_coefficient(const BoundedJacobian<D>& jacobian);
 
@@ -172,11 +173,11 @@ template <int D>
 template <int D>
 [[nodiscard]] ElementValidity check_element(const NodalSimplex<D>& element, double bound);
 
-/// The level that decided, in order of cost.
+/// The method that decided, in order of cost.
 enum class Level : std::uint8_t {
     filter,     ///< coefficients in doubles with their error bound
     bisection,  ///< doubles with bisections
-    twice,      ///< both with double-double arithmetic
+    twice,      ///< coefficients and bisections in double-double arithmetic
     exact,      ///< integers, without rounding
 };
 inline constexpr int levels = 4;
@@ -185,10 +186,10 @@ template <int D>
 struct Certificate {
     Verdict verdict = Verdict::undecided;
     Level level = Level::filter;
-    /// For invalid elements: weights w of a point w/Σw where the condition certainly fails. They are non-negative
-    /// doubles, taken exactly. Their sum is 1 if doubles can represent this, otherwise an integer (a third of an edge:
-    /// 2, 1). Nothing for nodes that are not finite, or if no doubles lie in the failing part (relative width below
-    /// 2⁻⁵³, or a single irregular point).
+    /// For invalid elements: weights w of a point w/Σw where the condition certainly fails. The weights are
+    /// non-negative doubles, taken exactly. Their sum is 1 if doubles can represent this, otherwise an integer (weights
+    /// 2 and 1 for a third of an edge). Nothing for nodes that are not finite, or if no doubles lie in the failing part
+    /// (relative width below 2⁻⁵³, or a single irregular point).
     std::optional<Barycentric<D>> witness;
 };
 
@@ -198,31 +199,32 @@ struct Certificate {
 template <int D>
 [[nodiscard]] Certificate<D> certify(const NodalSimplex<D>& element, double bound);
 
-/// For exactly these Bézier points.
+/// The same as `certify` of an element, for Bézier points taken as exact.
 template <int D>
 [[nodiscard]] Certificate<D> certify(const QuadraticSimplex<D, D>& element, double bound);
 
-/// Uses integers only.
+/// Like `certify`, but uses integers only.
 template <int D>
 [[nodiscard]] Certificate<D> certify_exactly(const NodalSimplex<D>& element, double bound);
 template <int D>
 [[nodiscard]] Certificate<D> certify_exactly(const QuadraticSimplex<D, D>& element, double bound);
 
-/// Exact values, rounded up.
+/// A point where validity fails; exact values, rounded up.
 template <int D>
 struct Failure {
     Barycentric<D> at{};  ///< weights, see Certificate::witness
     double jacobian = 0;  ///< det J; for a triangle in space, times the length of the straight normal
-    double scaled = 0;    ///< det J / |det of the straight element|; +∞, 0 or −∞ by sign if that is 0
+    double scaled = 0;    ///< det J / |det of the straight element|; if the divisor is 0: +∞, 0 or −∞ by the sign of
+                          ///< det J
 };
 
-/// Returns a failing point with few binary digits, proved in integers: at `near`, else at the certificate's witness.
-/// Nothing if the element is not invalid, or the witness has no doubles.
+/// Returns a failing point with few binary digits, proved in integers: at `near` if possible, else at the certificate's
+/// witness. Nothing if the element is not invalid, or doubles cannot represent the witness.
 template <int D>
 [[nodiscard]] std::optional<Failure<D>> find_failure(const NodalSimplex<D>& element, double bound,
                                                      const Barycentric<D>& near);
 
-/// Depth and number of parts for tetrahedra.
+/// Limits of depth and number of parts for tetrahedra at level `exact`.
 inline constexpr int exact_depth = 240;
 inline constexpr int exact_parts = 20000;
 
@@ -237,18 +239,18 @@ template <int D>
 
 export namespace camber {
 
-/// One per element, or per triangle of a standalone surface mesh.
+/// Number of verdicts: one per element or, for a standalone surface mesh, per triangle.
 template <int D>
 [[nodiscard]] inline std::size_t judged_count(const LinearMesh<D>& mesh) {
     return is_standalone_surface(mesh) ? mesh.facets.size() : mesh.elements.size();
 }
 
-/// A P2 triangle in space: vertices, then the nodes of e01 e12 e20.
+/// A P2 triangle in space: vertices, then the nodes of the edges 01, 12 and 20.
 ///
-/// The judged quantity is N · n over twice the area of the straight triangle; N = x_u × x_v is quadratic and n is the
-/// straight unit normal. It is the scaled Jacobian of the projection onto the straight plane, with either orientation.
-/// Valid: regular, and nowhere turned by 90° or more from the straight triangle. A straight triangle without area is
-/// invalid.
+/// The judged quantity is N · n over twice the area of the straight triangle. N = x_u × x_v is the quadratic normal
+/// vector, and n is the unit normal of the straight triangle. The quantity is the scaled Jacobian of the projection
+/// onto the straight plane, with either orientation. A triangle is valid if it is regular and its normal is nowhere
+/// turned by 90° or more from n. A straight triangle without area is invalid.
 struct SurfaceTriangle {
     std::array<Vec<3>, quadratic_nodes<2>> nodes{};
 };
@@ -261,11 +263,11 @@ struct SurfaceTriangle {
     return t;
 }
 
-/// N · n up to a factor that `straight` shares.
+/// Returns the coefficients of N · n up to a factor, which also multiplies `straight`.
 [[nodiscard]] BoundedJacobian<2> bounded_jacobian(const SurfaceTriangle& triangle);
 [[nodiscard]] BoundedJacobian<2> double_double_jacobian(const SurfaceTriangle& triangle);
 
-/// Uses all levels; always decides.
+/// Uses all levels and always decides.
 [[nodiscard]] Certificate<2> certify(const SurfaceTriangle& triangle, double bound);
 [[nodiscard]] Certificate<2> certify_exactly(const SurfaceTriangle& triangle, double bound);
 [[nodiscard]] std::optional<Failure<2>> find_failure(const SurfaceTriangle& triangle, double bound,
@@ -280,7 +282,8 @@ namespace camber {
 template <class Real>
 using SurfaceColumns = std::array<std::array<std::array<Real, 3>, 3>, 2>;
 
-/// Σ of d_1[j] × d_2[k] over the ordered pairs with α = e_j + e_k: multinomial(α)/4 times the coefficient of N.
+/// Σ of d_1[j] × d_2[k] over the ordered pairs (j, k) with e_j + e_k = α. It is multinomial(α)/4 times the coefficient
+/// of N.
 template <class Real>
 [[nodiscard]] inline std::array<std::array<Real, 3>, jacobian_coefficients<2>> normal_sums(
     const SurfaceColumns<Real>& d) {

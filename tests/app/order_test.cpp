@@ -141,8 +141,8 @@ TEST_CASE("stages after the first error do not change the error") {
 TEST_CASE("the error of a sequence states the stage and the stage that must precede it") {
     CHECK(error_of({config::Elevate{}, config::Relax{}}, 1) == "/stages/1: stage \"relax\" needs \"curve\" before it");
     CHECK(error_of({config::Curve{}}, 1) == "/stages/0: stage \"curve\" needs \"elevate\" before it");
-    CHECK(error_of({config::Validate{}}, 1).find("the mesh is of degree 1, and stage \"validate\"") == 0);
+    CHECK(error_of({config::Validate{}}, 1).find("the mesh has degree 1, but stage \"validate\"") == 0);
     CHECK(error_of({config::Elevate{}, config::Elevate{}}, 1).find("/stages/1: the mesh is quadratic already") == 0);
-    CHECK(error_of({config::Elevate{}}, 2).find("the mesh is quadratic already (give the straight one") == 0);
+    CHECK(error_of({config::Elevate{}}, 2).find("the mesh is quadratic already (give the straight mesh") == 0);
     CHECK(error_of({config::Relax{}, config::Commit{}}, 2).empty());
 }

@@ -239,8 +239,8 @@ class WrongArguments(unittest.TestCase):
         def check(calls):
             for kind, count, nodes, text, status in (
                     (None, 2, NODES, "cells[0].type: is NULL", USAGE), (b"tetra", -1, NODES, "cells[0].count: is -1", USAGE),
-                    (b"tetra", 2, None, "cells[0].nodes: is NULL", USAGE), (b"quad", 2, NODES, "quad: is no type", INPUT),
-                    (b"\xff", 2, NODES, "is no type", INPUT), (b"tetra", 1, [1, 2, 3, 0], "tetra: row 0: ", INPUT),
+                    (b"tetra", 2, None, "cells[0].nodes: is NULL", USAGE), (b"quad", 2, NODES, "quad: is not a type", INPUT),
+                    (b"\xff", 2, NODES, "is not a type", INPUT), (b"tetra", 1, [1, 2, 3, 0], "tetra: row 0: ", INPUT),
                     (b"tetra", 1, [1, 2, 3, -2**31], "tetra: row 0: ", INPUT),
                     (b"tetra", 1, [1, 2, 3, 2**31 - 1], "tetra: row 0: ", INPUT)):
                 cells = calls.cells_of(kind, count, nodes)
@@ -267,10 +267,10 @@ class WrongArguments(unittest.TestCase):
         def check(calls):
             for texts in ((b"remesh", b"--metric=0.1"), (b"remesh", b"--metric", b"0.1"), (b"curve", b"--metric=natural"),
                           (b"adapt", b"--metric=0.1"), (b"check", b"--metric=x.sol")):
-                self.refused(calls, "camber_run", ["word[1]: --metric and options.metric are two metrics"],
+                self.refused(calls, "camber_run", ["word[1]: --metric cannot be combined with options.metric"],
                              words=len(texts), word=words(*texts))
-            self.refused(calls, "camber_run", ["options.metric: does not go with repair"], word=words(b"repair"))
-            self.refused(calls, "camber_run_config", ["json: \"metric\" and options.metric are two metrics"],
+            self.refused(calls, "camber_run", ["options.metric: cannot be combined with repair"], word=words(b"repair"))
+            self.refused(calls, "camber_run_config", ["json: \"metric\" cannot be combined with options.metric"],
                          json=b'{"stages": ["elevate"], "metric": {"constant": {"sizes": [1, 1, 1]}}}',
                          options=ctypes.byref(calls.options))
             self.refused(calls, "camber_run_config", ["options.metric: is of no mesh"], mesh=None,

@@ -441,7 +441,7 @@ class Program(unittest.TestCase):
                     self.assertEqual(len(done.stderr.strip().splitlines()), 1)
                     measured = camber("geometry", mesh, "--cad", PLATE)
                     self.assertEqual(measured.returncode, 0, measured.stderr)
-                    self.assertIn("does not belong to the CAD model", measured.stderr)
+                    self.assertIn("does not fit the CAD model", measured.stderr)
                 done, report = self.curve_plate("--cad", PLATE, "--cad-vertices", "move", mesh=mesh)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertEqual(report["validity"]["invalid"], 0)
@@ -485,7 +485,7 @@ class Program(unittest.TestCase):
         self.assertIn("give that as the unit", self.error_of(3, "--cad", MODEL, "--cad-unit", "m"))
         self.assertIn("cannot be opened", self.error_of(3, "--cad", self.path / "none.step"))
         self.assertIn("no CAD format", self.error_of(2, "--cad", self.path / "shell.mesh"))
-        self.assertIn("give it or --cad", self.error_of(2, "--cad", MODEL, "--geometry", "straight"))
+        self.assertIn("give one of them", self.error_of(2, "--cad", MODEL, "--geometry", "straight"))
         self.assertIn("give --cad too", self.error_of(2, "--cad-unit", "mm"))
         self.assertIn("give --cad too", self.error_of(2, "--cad-vertices", "move"))
         broken = self.path / "broken.brep"

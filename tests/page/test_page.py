@@ -173,7 +173,7 @@ class Text(Folder):
         self.assertLessEqual(counts["counts"]["inner"], 500)
         self.assertGreater(counts["counts"]["inner"], 100)
         self.assertTrue(all(0 < len(places) < 255 for places in counts["cut"]["places"]), counts["cut"])
-        self.assertIn("places along x, y and z", counts["cut"]["note"])
+        self.assertIn("positions along x, y and z", counts["cut"]["note"])
 
     def test_the_page_of_a_report_contains_results_before_and_after_correction(self):
         page = self.page("report.json").read_text()

@@ -152,7 +152,7 @@ CASES = [
     Case("Kinds of elements", "a quadratic mesh where a straight one is expected", "refused", 3, "quadratic already",
          quadratic(lambda m: None, lambda m: m.points.__setitem__((30, 0), m.points[30, 0] + 0.01))),
     Case("Kinds of elements", "a quadratic mesh that nothing has bent where a straight one is expected", "accepted", 0,
-         "placed anew", quadratic()),
+         "new nodes of its edges are computed", quadratic()),
     Case("Kinds of elements", "straight and quadratic elements together", "accepted", 0, "", mixed_degrees, RUN_P2),
     Case("Kinds of elements", "a keyword that Camber does not know", "accepted", 0, "Wibbles was skipped",
          with_block("Wibbles", "1 2 3")),
@@ -187,7 +187,7 @@ CASES = [
          quadratic(swapped([2])), RUN_P2, finds="reversed_elements"),
     Case("Elements", "inverted ones (a vertex beyond the opposite face)", "accepted", 0, "",
          changed(block, centre_out), finds="tangled_elements"),
-    Case("Elements", "without volume", "accepted", 1, "flat or inverted before it was curved",
+    Case("Elements", "without volume", "accepted", 1, "flat or inverted before curving",
          changed(block, onto_face), finds="flat_elements"),
     Case("Elements", "some inside the elements of another body", "accepted", 1, "elements overlap in 1 place",
          plain(nested_bodies)),
@@ -281,7 +281,7 @@ CASES = [
 
     # ------------------------------------------------ solutions
     Case("Solutions", "edges in the order in which elements first have them", "refused", 3,
-         "in the order in which elements", lambda: quadratic_solution(lambda edges: edges), FOR_SOLUTION),
+         "in the order in which these edges", lambda: quadratic_solution(lambda edges: edges), FOR_SOLUTION),
     Case("Solutions", "edges in any other order", "refused", 3, "are in another order",
          lambda: quadratic_solution(shuffled), FOR_SOLUTION),
     Case("Solutions", "with another number of rows", "refused", 3, "has 1680 rows, the mesh 441 vertices and 1681 nodes",
@@ -331,7 +331,7 @@ CASES = [
     Case("CAD models", "a model and another geometry", "refused", 2, "--geometry", plain(block),
          CURVE + ("--cad", "m.step", "--geometry", "straight")),
 
-    Case("CAD models", "a device without an end", "refused", 3, "is no plain file", plain(block), CURVE + ("--cad", "m.step"),
+    Case("CAD models", "a device without an end", "refused", 3, "is not a regular file", plain(block), CURVE + ("--cad", "m.step"),
          setup=lambda folder: os.symlink("/dev/zero", folder / "m.step"), needs=bad_moments.no_cad),
 
     # ------------------------------------------------ output
@@ -354,7 +354,7 @@ CASES = [
     Case("Output", "a full disk", "refused", 3, "No space left on device", plain(lambda: cube(6)),
          ("curve", "in.mesh", "-o", "disk/out.mesh"), run=bad_moments.on_a_full_disk, needs=bad_moments.no_disk),
 
-    Case("Output", "the report over the mesh that is read", "refused", 2, "what is read is not overwritten", plain(block),
+    Case("Output", "the report over the mesh that is read", "refused", 2, "inputs are not overwritten", plain(block),
          (*CURVE, "--report", "in.mesh")),
     Case("Output", "the report over the metric, through a link", "refused", 2, "--metric m.solb",
          lambda: plain(block)() | {"m.solb": b""}, (*WITH_METRIC, "--report", "link"),

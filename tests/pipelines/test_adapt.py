@@ -117,7 +117,7 @@ class Cycles(unittest.TestCase):
             self.assertTrue((folder.path / "v.sol").exists())
             more = folder.adapt("--solution", "u.sol", "--cycles", 2)
             self.assertEqual(more.returncode, 2)
-            self.assertIn("first mesh alone", more.stderr)
+            self.assertIn("first mesh only", more.stderr)
 
 
 S_FRONT = "tanh((y-0.5-0.25*tanh(6*(x-0.5)))/0.01)"
@@ -189,7 +189,7 @@ class Errors(unittest.TestCase):
         with Adapting(cells=10) as folder:
             done = folder.adapt("--field", S_FRONT, "--folder", "c", "--cycles", 30, complexity="100")
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn("converged: the least error", done.stdout)
+            self.assertIn("converged: the minimum error", done.stdout)
             errors = [row["interpolation_error"]["l2"] for row in folder.rows("c")]
             self.assertLess(len(errors), 25)
             self.assertGreater(min(errors[1:]), 0.9 * min(errors[1:-2]))
@@ -365,7 +365,7 @@ class Solvers(unittest.TestCase):
             config["adapt"]["folder"] = "c"
             (folder.path / "c.json").write_text(json.dumps(config))
             done = folder.camber("run", "c.json")
-            self.assertIn("are not certified valid; tried again at", done.stderr)
+            self.assertIn("are not certified valid; the cycle is repeated at", done.stderr)
             rows = folder.rows("c")
             self.assertTrue(any(0 < row["complexity"] < 0.95 * 80 for row in rows))
             stored = [(folder.path / "c" / f"cycle-{row['cycle']:03}" / "mesh.meshb").read_bytes() for row in rows if row.get("valid", True)]
@@ -471,7 +471,7 @@ class StraightLoops(unittest.TestCase):
         with Adapting(cells=10) as folder:
             done = self.loop(folder, "--folder", "c", "--cycles", 15, settled=0.1, complexity="150")
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn("converged: the least error is", done.stdout)
+            self.assertIn("converged: the minimum error is", done.stdout)
             best = min(folder.rows("c")[1:], key=lambda row: row["expected_error"])
             self.assertEqual(gmf.read(folder.path / "n.meshb").points.tolist(),
                              gmf.read(folder.path / "c" / f"cycle-{best['cycle']:03}" / "mesh.mesh").points.tolist())
@@ -485,7 +485,7 @@ class StraightLoops(unittest.TestCase):
                 self.assertEqual(*rows)
 
     def test_other_node_orders_of_the_solution_are_rejected_or_noted(self):
-        reported = {"elements": (3, "in the order in which elements"), "random": (3, "are in another order"),
+        reported = {"elements": (3, "in the order in which these edges"), "random": (3, "are in another order"),
                 "all": (0, "as unrelated as in a random order")}
         with Adapting(cells=20) as folder:
             for order, (code, text) in reported.items():
@@ -540,11 +540,11 @@ class Resuming(unittest.TestCase):
             self.assertEqual(len(folder.rows("n.cycles")), 4)
             over = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--from", 3)
             self.assertEqual(over.returncode, 2)
-            self.assertIn("nothing to do", over.stderr)
+            self.assertIn("no cycles remain", over.stderr)
             self.assertEqual(len(folder.rows("n.cycles")), 4)
             none = folder.adapt("--solve", folder.solver(), "--cycles", 12, "--from", 9)
             self.assertEqual(none.returncode, 2)
-            self.assertIn("cycle 9 is not there", none.stderr)
+            self.assertIn("cycle 9 to continue after does not exist", none.stderr)
 
     def test_an_interrupt_leaves_the_last_complete_cycle(self):
         with Adapting() as folder:

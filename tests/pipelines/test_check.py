@@ -243,7 +243,7 @@ class Check(unittest.TestCase):
                 found = self.report(both, code=code)["crossings"]
                 self.assertTrue(any(pair["verdict"] == verdict and pair["also_when_straight"] for pair in found["found"]))
                 self.assertEqual((found["undecided"], found["truncated"]), (0, 0))
-                self.assertIn("mend the straight mesh" if verdict == "crossing" else "touch: contact",
+                self.assertIn("repair the straight mesh" if verdict == "crossing" else "touch: contact",
                               self.check(both, code=code).stdout)
 
     def overlapping_bodies(self, dim):
@@ -332,8 +332,8 @@ class Check(unittest.TestCase):
                             straight.elements[e] = straight.elements[e][1::-1] + straight.elements[e][2:]
                         answer = self.report(straight if name == "straight" else elevated(straight), code=1)["answer"]
                         self.assertIn(f"{count} of {len(mesh.elements)} elements", answer)
-                        self.assertIn("numbered the wrong way round, and valid otherwise", answer)
-                        self.assertNotIn("mend the straight mesh", answer)
+                        self.assertIn("oriented the wrong way round, and valid otherwise", answer)
+                        self.assertNotIn("repair the straight mesh", answer)
         tangled = with_boundary(lattice(2, 3))
         tangled.elements[0] = tangled.elements[0][1::-1] + tangled.elements[0][2:]
         tangled.points[5] = tangled.points[5] + 2.5  # an inner vertex: its elements are inverted in any orientation
@@ -516,7 +516,7 @@ class Check(unittest.TestCase):
         mesh = Mesh(points, [element], facets)
         found = self.report(mesh, code=0)
         self.assertEqual(found["wall_elements"], [1])
-        self.assertIn("it needs a swap", found["worst"][0]["reason"])
+        self.assertIn("needs a swap", found["worst"][0]["reason"])
         self.assertIn("- walls         tetrahedron 1 has two triangles on one smooth wall", self.check(mesh).stdout)
         self.assertEqual(self.report(mesh, "--ridge-angle", "4")["wall_elements"], [])
         mesh.facet_references = [1, 2, 3, 4]  # a separate reference for each facet
@@ -533,7 +533,7 @@ class Check(unittest.TestCase):
             closed = Mesh(corners, [], faces)
             closed = elevated(closed) if degree == 2 else closed
             text = self.check(closed, code=0).stdout
-            self.assertIn("a surface alone", text)
+            self.assertIn("triangles, no volume", text)
             self.assertIn("the boundary is closed", text)
             found = self.report(closed, code=0)
             self.assertEqual((found["elements"], found["facets"], found["degree"]), (0, 4, degree))

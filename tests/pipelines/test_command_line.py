@@ -265,7 +265,7 @@ class CommandLine(unittest.TestCase):
         for setting in ("input/mesh=other.mesh", "output/mesh=other.mesh"):
             done = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--set", setting)
             self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn("is the verb's own argument", done.stderr)
+            self.assertIn("is set by an option of this verb", done.stderr)
         done = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--min-scaled-jacobian", "0.2", "--set",
                            'stages=["elevate", "reinsert"]', "--print-config")
         self.assertIn('"min_scaled_jacobian": 0.2', done.stdout)
@@ -287,10 +287,10 @@ class CommandLine(unittest.TestCase):
         curve, run = ("curve", "two.mesh", "-o", "o.mesh"), ("run", "run.json", "--set")
         operand = 'metric_operations=[{"intersect": {"file": "m.sol"}}]'
         for message, arguments in (
-                ("s.mesh: --report is the same file as -o ./s.mesh (give --report a file of its own)",
+                ("s.mesh: --report is the same file as -o ./s.mesh (give --report a separate file)",
                  ("curve", "two.mesh", "-o", "./s.mesh", "--report", "s.mesh")),
                 ("same.mesh: --report is the same file as -o (", ("curve", "two.mesh", "-o", "same.mesh", "--report", "same.mesh")),
-                ("two.mesh: --report is the same file as the input (what is read is not overwritten: give --report a",
+                ("two.mesh: --report is the same file as the input (inputs are not overwritten; give --report a",
                  (*curve, "--report", "two.mesh")),
                 ("link.json: --report is the same file as the input two.mesh", (*curve, "--report", "link.json")),
                 ("hard.json: --report is the same file as the input two.mesh", (*curve, "--report", "hard.json")),
@@ -397,7 +397,7 @@ class CommandLine(unittest.TestCase):
         self.assertTrue(done.stdout.startswith("MeshVersionFormatted"), done.stderr)
         report = self.shell('"$@"', "curve", "two.mesh", "-o", "o.mesh", "--report", "-")
         self.assertEqual(json.loads(report.stdout)["mesh"]["vertices"], 5)
-        self.fails(2, "standard output: has no ending that tells a format", "convert", "two.mesh", "-o", "-")
+        self.fails(2, "standard output: has no ending that determines the format", "convert", "two.mesh", "-o", "-")
         self.fails(2, "standard input: --solution and the input are both read from it", "metric", "-", "--solution", "-",
                    "-o", "m.sol")
         self.fails(2, "-o -: cycles read and write their files again", "adapt", "two.mesh", "-o", "-", "--metric", "0.3")
@@ -437,7 +437,7 @@ class CommandLine(unittest.TestCase):
             "yes: all 2 elements are certified valid, and the mesh is sound\ntwo.mesh\n"))
         self.write("inverted.mesh", CUBE.replace("1 1 1 0", "0.2 0.2 0.2 0"))
         self.assertTrue(self.camber("check", "inverted.mesh").stdout.startswith(
-            "NO: 1 of 2 elements is inverted or flat: mend the straight mesh"))
+            "NO: 1 of 2 elements is inverted or flat: repair the straight mesh"))
 
     # Guards against a NUL character that truncates a path.
     def test_a_path_with_a_nul_character_is_rejected(self):

@@ -17,7 +17,7 @@ import numpy as np
 import vtu
 from sample_meshes import ascii_file, binary_file, elevate, linear_mesh, solution_file
 
-NOTE = "camber: note: the mesh is flat (z = {}): taken as 2D, and written with its z again"
+NOTE = "camber: note: the mesh is flat (z = {}): read as 2D, and written with its z"
 
 
 def flat(mesh, z=0.0):

@@ -111,7 +111,7 @@ class Generate(unittest.TestCase):
                 (2, "--set: /shell/inner_size", ("shell", "-o", "o.mesh", "--set", "inner_size=-3")),
                 (2, "path=value", ("shell", "-o", "o.mesh", "--set", "inner_size")),
                 (2, "box: --structure is for shell and annulus", ("box", "-o", "o.mesh", "--structure", "prisms")),
-                (2, "elements are nearest to 5 (", ("shell", "-o", "o.mesh", *LAYERS, "--elements", "5")),
+                (2, "elements are closest to 5 (", ("shell", "-o", "o.mesh", *LAYERS, "--elements", "5")),
                 (2, "--elements", ("box", "-o", "o.mesh", "--elements", "0")),
                 (2, "no format known for this ending", ("box", "-o", "o.ply")),
                 (2, "too many", ("shell", "-o", "o.mesh", "--structure", "prisms", "--set", "inner_size=1e-9")),  # guards against an internal error

@@ -87,7 +87,7 @@ class GeometryCommand(unittest.TestCase):
         corners = {tuple(c["point"]) for c in found["corners"]}
         self.assertEqual(corners, {(x, y, z) for x in (0, 2) for y in (0, 2) for z in (0, 2)})
         text = self.camber("geometry", "m.mesh").stdout
-        for words in ("patches", "ridges", "corners", "suspicious places", "none", "surrogate of the mesh's own vertices"):
+        for words in ("patches", "ridges", "corners", "suspicious places", "none", "surrogate through the mesh's vertices"):
             self.assertIn(words, text)
 
     def test_geometry_reports_misoriented_facets(self):
@@ -100,7 +100,7 @@ class GeometryCommand(unittest.TestCase):
         for at in found["misoriented_facets"]["first"]:
             self.assertIn(4, at["facets"])
         self.assertEqual(found["open_edges"]["count"], 12)
-        self.assertIn("turned to other sides", self.camber("geometry", "m.mesh").stdout)
+        self.assertIn("misoriented facets", self.camber("geometry", "m.mesh").stdout)
 
     def test_the_tip_and_the_near_ridges_of_a_cone_are_reported(self):
         found = self.report(cone(24, 2))
@@ -288,7 +288,7 @@ class GeometryCommand(unittest.TestCase):
         self.refused(2, "viewers", name, "-o", "out.mesh")
         self.refused(2, "is also|same|input", name, "-o", name)
         self.refused(2, "--cad", name, "--cad", "m.step", "--geometry", "surrogate")
-        self.refused(2, "there is none", name, "--cad-unit", "mm")
+        self.refused(2, "no model is specified", name, "--cad-unit", "mm")
         self.refused(2, "no boundary triangle", name, "--geometry", SPHERES)
         self.refused(2, "ridge", name, "--ridge-angle", "0")
         self.write("MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0", "broken.mesh")

@@ -145,11 +145,11 @@ class Files(Messages):
 
     def test_adapt_never_replaces_its_input(self):
         done = self.camber("adapt", "wing.mesh", "-o", "wing.mesh", "--metric", "0.5", code=2)
-        self.assertIn("what is read is not overwritten", done.stderr)
+        self.assertIn("inputs are not overwritten", done.stderr)
 
     def test_run_rejects_a_mesh_and_suggests_a_command(self):
         done = self.camber("run", "wing.mesh", code=2)
-        self.assertIn("wing.mesh: is a mesh, but run takes a config in JSON", done.stderr)
+        self.assertIn("wing.mesh: is a mesh, but run requires a config in JSON", done.stderr)
         self.assertIn("camber curve", done.stderr)
         self.write("wing.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
         self.assertIn("is a mesh", self.camber("run", "wing.msh", code=2).stderr)

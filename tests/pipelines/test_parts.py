@@ -63,7 +63,7 @@ class Partition(unittest.TestCase):
         for more in ((), ("--blocks", 300)):
             self.camber("curve", "shell.meshb", "-o", "parts.pvtu", "--partition", 3, *more)
             self.assertEqual(self.counts("parts.pvtu"), self.counts("curved.meshb"))
-        for arguments, message in ((("-o", "parts.pvtu"), "say into how many: --partition N"),
+        for arguments, message in ((("-o", "parts.pvtu"), "give the number: --partition N"),
                                 (("-o", "-", "--format", "vtu", "--partition", 2), "parts are several")):
             run = self.folder.camber("curve", "shell.meshb", *arguments)
             self.assertEqual(run.returncode, 2, run.stderr)
@@ -77,7 +77,7 @@ class Partition(unittest.TestCase):
         self.assertEqual(self.bytes_of("a.meshb"), self.bytes_of("shell.meshb"))
 
     def test_wrong_partition_arguments_are_rejected(self):
-        for arguments, message in ((("-o", "parts.pvtu"), "say into how many: --partition N"),
+        for arguments, message in ((("-o", "parts.pvtu"), "give the number: --partition N"),
                                 (("-o", "-", "--format", "vtu", "--partition", 2), "parts are several"),
                                 (("-o", "parts.vtu", "--partition", 100000), "has no 100000 parts")):
             run = self.folder.camber("convert", "shell.meshb", *arguments)

@@ -222,7 +222,7 @@ class Pictures(unittest.TestCase):
     def test_hidden_worst_elements_are_noted_with_a_cut_that_shows_one(self):
         done = self.camber("picture", "shell-p2.meshb", "-o", "w.svg", "--worst", "6")
         circles = lambda: len(list(xml.parse(self.folder.path / "w.svg").getroot().iter(SVG + "circle")))
-        note = re.search(r"note: (\d) of the 6 worst elements cannot be seen and (?:is|are) not marked\. A cut beside an "
+        note = re.search(r"note: (\d) of the 6 worst elements cannot be seen and (?:is|are) not marked\. A cut next to an "
                          r"element shows it: --cut (\S+) for number (\d)", done.stderr)
         self.assertEqual(circles(), 6 - int(note[1]))
         self.camber("picture", "shell-p2.meshb", "-o", "w.svg", "--worst", "6", "--cut", note[2])

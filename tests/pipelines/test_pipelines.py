@@ -178,7 +178,7 @@ class Configs(unittest.TestCase):
             done = folder.camber("run", CONFIGS / "annulus-2d.json", "--set", 'stages=["elevate", "elevate"]')
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("/stages/1", done.stderr)
-        self.assertIn("\"elevate\" before", done.stderr)
+        self.assertIn("an earlier stage is \"elevate\"", done.stderr)
 
     def test_every_config_is_tested(self):
         names = {p.stem for p in CONFIGS.glob("*.json")} - {"schema", "remesh"}  # remesh is tested by test_remeshing.py

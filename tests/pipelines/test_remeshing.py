@@ -404,7 +404,7 @@ class Remesh(unittest.TestCase):
             for rounds in (0, 2):
                 done = self.camber("remesh", "in.mesh", "--geometry", geometry, "--rounds", str(rounds), "-o",
                                    "out.mesh", "--report", "r.json")
-                self.assertRegex(done.stderr, "mid nodes of the boundary were off the geometry, by up to .* put onto it")
+                self.assertRegex(done.stderr, "mid nodes of the boundary were off the geometry, by up to .* moved onto it")
                 vertices, nodes = self.off_spheres("out.mesh", dim, of_reference)
                 self.assertLess(max(vertices, nodes), 1e-9)
                 reported = report_of(self.folder.path / "r.json")["boundary"]["node_deviation"]
@@ -413,7 +413,7 @@ class Remesh(unittest.TestCase):
             # Nodes on the geometry are not moved.
             before = self.read().points
             done = self.camber("remesh", "out.mesh", "--geometry", geometry, "--rounds", "0", "-o", "again.mesh")
-            self.assertNotIn("put onto it", done.stderr)
+            self.assertNotIn("moved onto it", done.stderr)
             self.assertEqual(sorted(map(tuple, before)), sorted(map(tuple, self.read("again.mesh").points)))
 
     # Guards against metrics that request more elements than the memory holds.
@@ -427,8 +427,8 @@ class Remesh(unittest.TestCase):
                                  (["collapse", {"remesh": {"split": tiny}}], 1), (["elevate", "split"], 1e-9),
                                  (["swap", "split", "elevate", "curve"], 1e-9)):
                 done = self.run_stages(stages, size, code=4)
-                self.assertRegex(done.stderr, "the metric asks for some .* (triangles|tetrahedra), which need about .* GiB of "
-                                              "memory, and .* gives .* GiB .make it coarser: .* larger split/longest")
+                self.assertRegex(done.stderr, "the metric requires about .* (triangles|tetrahedra), which need about .* GiB of "
+                                              "memory, but .* allows .* GiB .make it coarser: .* larger split/longest")
                 self.assertEqual(self.camber("run", "c.json", "--dry-run", code=4).stderr, done.stderr)
                 self.assertNotIn("out.mesh", self.folder.files())
             # Passes that add no elements are accepted, and splits stop at half of `shortest`.
@@ -436,7 +436,7 @@ class Remesh(unittest.TestCase):
             self.run_stages([{"split": {"longest": 1e-6}}], 1)
             self.run_stages(["remesh"], 0.4)
             text = self.camber("run", "c.json", "--dry-run").stdout
-            self.assertRegex(text, "the metric asks for +some [0-9.e+]+ (triangles|tetrahedra)")
+            self.assertRegex(text, "metric requires +about [0-9.e+]+ (triangles|tetrahedra)")
             requested = float(text.split("some ")[1].split()[0])
             made = report_of(self.folder.path / "r.json")["mesh"]["elements"]
             self.assertLess(max(requested / made, made / requested), 2.5)
@@ -465,12 +465,12 @@ class Remesh(unittest.TestCase):
                     self.assertEqual(flat in done.stderr, name == "anisotropy", done.stderr)
                 if name != "jumps" or dim == 3:  # 10^8 triangles may fit into memory
                     done = self.camber("remesh", "in.mesh", "--metric", "m.solb", "-o", "out.mesh", code=4)
-                    self.assertIn("the metric asks for some", done.stderr)
+                    self.assertIn("the metric requires about", done.stderr)
 
     def test_a_wrong_order_of_stages_is_rejected(self):
         self.write_two_materials(3, 1)
         done = self.run_stages(["elevate", "curve", "remesh"], 0.5, code=2)
-        self.assertRegex(done.stderr, '/stages/2: stage "remesh" changes the mesh, and planned places .*put "commit" before')
+        self.assertRegex(done.stderr, '/stages/2: stage "remesh" changes the mesh, but planned positions .*add "commit" before')
         done = self.run_stages(["remesh", "elevate", "elevate"], 0.5, code=2)
         self.assertRegex(done.stderr, "/stages/2: the mesh is quadratic already")
         self.assertNotIn("out.mesh", self.folder.files())
@@ -524,7 +524,7 @@ class Remesh(unittest.TestCase):
         self.assertNotEqual(lengths[2], lengths[1])
         config = {"input": {"mesh": "shell.meshb"}, "stages": ["elevate", {"reinsert": {"relax": {"theta": 0.3}}}], "output": {}}
         (self.folder.path / "c.json").write_text(json.dumps(config))
-        self.assertIn("relax/theta is of repair", self.camber("run", "c.json", code=2).stderr)
+        self.assertIn("relax/theta is an option of repair", self.camber("run", "c.json", code=2).stderr)
 
     def test_a_coarse_remeshed_curved_mesh_is_quadratic_and_valid(self):
         self.write_two_materials(3, 1)

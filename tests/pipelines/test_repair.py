@@ -183,7 +183,7 @@ class Repair(unittest.TestCase):
         self.assertIn("not certified valid", done.stderr)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
         tolerance = report["input_boundary"]["sufficient_tolerance"]
-        self.assertIn(f"what would help: --boundary-tolerance {tolerance:g} (tried", done.stderr)
+        self.assertIn(f"remedy: --boundary-tolerance {tolerance:g} (tried", done.stderr)
         self.assertIn("--cad MODEL", done.stderr)
         self.repair("--boundary-tolerance", tolerance)
 
@@ -203,8 +203,8 @@ class Repair(unittest.TestCase):
         done, report = self.repair()
         self.assertGreater(len(report["elements_below_bound"]), 0)
         self.assertIn("below the recommended scaled Jacobian 0.1", done.stderr)
-        self.assertIn("(no failure: --min-scaled-jacobian 0.1 would make it one; --boundary-tolerance or --cad gives it "
-                      "room to raise them)", done.stderr)
+        self.assertIn("(this is no error; --min-scaled-jacobian 0.1 makes it one; to raise them, set "
+                      "--boundary-tolerance or --cad)", done.stderr)
         self.repair("--min-scaled-jacobian", 0.1, code=1)
 
     def test_curve_raises_scaled_jacobians_to_the_target(self):

@@ -79,7 +79,7 @@ class Walls(unittest.TestCase):
                         self.assertEqual(done.returncode != 0, crossing + checked["overlaps"]["overlapping"] > 0)
                         self.assertEqual("through each other" in done.stderr, crossing > 0)
                         if verb[0] != "adapt":  # adapt starts from the previous cycle
-                            self.assertEqual("crossed in the input already" in done.stderr, crossing > 0)
+                            self.assertEqual("crossed already in the input" in done.stderr, crossing > 0)
 
     def test_repair_reports_crossing_boundaries(self):
         for dim in (2, 3):

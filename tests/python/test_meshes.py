@@ -140,7 +140,7 @@ class Arrays(unittest.TestCase):
             (lambda: camber.Mesh(points, {"tetra": cells[:, :3]}), r"tetra: has the shape \(2, 3\)"),
             (lambda: camber.Mesh(points, {"tetra": cells}, {"tetra": [1]}), "1 references of 2 cells"),
             (lambda: camber.Mesh(points, {"tetra": cells}, fields={"u": np.zeros(4)}), r"u: has the shape \(4\)"),
-            (lambda: camber.Mesh(points, {"tetra": cells}, fields={"u": ["a"] * 5}), "u: is no array of numbers"),
+            (lambda: camber.Mesh(points, {"tetra": cells}, fields={"u": ["a"] * 5}), "u: is not an array of numbers"),
             (lambda: camber.Mesh(points[:, :2], {"tetra": cells}), "tetra: are of dimension 3, the points of 2"),
             (lambda: camber.Mesh(points, {"tetra": cells}, {"tetras": [1, 2]}), "tetras: has references, and no cells"),
             (lambda: camber.Mesh(points, {"tetra": cells}, {"tetra": [1.5, 2]}), "give .m,. whole numbers"),

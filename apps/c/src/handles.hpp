@@ -13,7 +13,7 @@ import camber.io;
 
 struct camber_mesh {
     camber::DecodedMesh value;
-    /// Input number (from 1) of each point, 0: a new point; empty: 1, 2, 3 …
+    /// For each point its number in the input, from 1, or 0 for a new point. Empty: the numbers are 1, 2, 3 …
     camber::Column<std::uint32_t> input_numbers = {};
 };
 
@@ -25,12 +25,12 @@ struct camber_result {
 
 namespace camber::c {
 
-/// Stores the error's text for camber_error. Returns its status.
+/// Stores the text of the error for camber_error, and returns its status.
 int status_of(const Error& error);
 
 int guarded_status(const std::function<int()>& f);
 
-/// A host that neither reports progress nor stops the work.
+/// A host that does not report progress and does not stop the work.
 inline app::Host silent_host() {
     return {.stop = {}, .progress = [](const std::string&, double) {}};
 }
@@ -41,14 +41,16 @@ struct Pointer {
     const void* value;
 };
 
-/// Returns CAMBER_OK, or stores an error about the first NULL argument and returns its status.
+/// Returns CAMBER_OK if no argument is NULL. Otherwise stores an error about the first NULL argument and returns its
+/// status.
 int missing(const char* function, std::initializer_list<Pointer> arguments);
 
 /// Returns an error of kind usage, for example "camber_make: points: is -1 (…)".
 Error wrong_argument(const std::string& function, const std::string& argument, std::string what,
                      std::string remedy = {});
 
-/// Returns CAMBER_OK if `first` is 0 (C) or 1 (Fortran, Julia), else stores an error and returns its status.
+/// Checks the number of the first node: 0 (C) or 1 (Fortran, Julia). Returns CAMBER_OK, or stores an error and returns
+/// its status.
 int wrong_first(const char* function, int first);
 
 }  // namespace camber::c

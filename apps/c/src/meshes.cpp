@@ -30,7 +30,6 @@ namespace {
 using app::curved_names;
 using app::straight_names;
 
-/// Converts node numbers, which count from `first`. Smaller numbers become invalid ids.
 template <int Nodes>
 CellArray<Nodes> cell_array(const camber_cells& cells, int first) {
     Buffer<std::array<VertexId, Nodes>> nodes(static_cast<std::size_t>(cells.count));
@@ -45,7 +44,7 @@ CellArray<Nodes> cell_array(const camber_cells& cells, int first) {
     return out;
 }
 
-/// Checks cells[t]. Errors: usage (NULL pointers, a negative count, a type that occurs before).
+/// Checks cells[t]. Errors: usage (NULL pointers, a negative count, a type that an earlier entry has).
 Outcome<Done> check_cells(const camber_cells* cells, int t) {
     const camber_cells& block = cells[t];
     const std::string place = "cells[" + std::to_string(t) + "].";
@@ -61,7 +60,6 @@ Outcome<Done> check_cells(const camber_cells* cells, int t) {
     return Done{};
 }
 
-/// Stores cells of dimension K; returns false if they have another type.
 template <int K>
 bool put(const camber_cells& cells, int first, CellArrays<K>& into) {
     if (straight_names[K - 1] == std::string_view(cells.type))
@@ -85,7 +83,7 @@ Outcome<DecodedMesh> mesh_from_arrays(std::int64_t points, const double* coordin
         bool is_known = put(cells[t], first, arrays.elements) || put(cells[t], first, arrays.facets);
         if constexpr (D == 3) is_known = is_known || put(cells[t], first, arrays.edges);
         if (!is_known)
-            return fail(ErrorKind::input, "is no type of cells of a mesh in " + std::to_string(D) + "D",
+            return fail(ErrorKind::input, "is not a type of cells of a mesh in " + std::to_string(D) + "D",
                         "camber_make: " + std::string(cells[t].type), {},
                         "they are line, triangle, tetra, line3, triangle6 and tetra10");
     }
@@ -100,8 +98,6 @@ auto on(const camber_mesh& mesh, F&& f) {
     return std::visit(std::forward<F>(f), mesh.value.mesh);
 }
 
-/// Calls f(simplices, edges) for a cell type; `edges` is null for degree 1. Returns false if the mesh has no cells of
-/// this degree and dimension.
 template <class F>
 bool on_type(const camber_mesh& mesh, std::string_view type, F&& f) {
     bool found = false;
@@ -131,7 +127,6 @@ void copy_cells(const Cells<shape>& simplices, const auto* edges, std::size_t ve
             put_row(row);
 }
 
-/// Errors: usage (another dimension than 2 or 3, negative numbers, too many points).
 Outcome<Done> check_counts(int dimension, std::int64_t points, int types) {
     const auto wrong = [](const char* argument, std::int64_t value, const char* remedy) {
         return fail(wrong_argument("camber_make", argument, "is " + std::to_string(value), remedy));
@@ -142,7 +137,6 @@ Outcome<Done> check_counts(int dimension, std::int64_t points, int types) {
     return Done{};
 }
 
-/// Errors: input (a field that the mesh cannot hold, a value that is not finite).
 Outcome<Done> check_field(const camber_mesh& mesh, int components, std::int64_t rows, const double* values) {
     const auto wrong = [](const char* argument, const std::string& what, const std::string& remedy) {
         Error error = wrong_argument("camber_with_field", argument, what, remedy);
@@ -266,7 +260,7 @@ int camber_get_cells(const camber_mesh* mesh, const char* type, int first, int32
         });
         return found ? int{CAMBER_OK}
                      : c::status_of(c::wrong_argument("camber_get_cells", "type",
-                                                      in_quotes(type) + " is no type of cells of this mesh"));
+                                                      in_quotes(type) + " is not a type of cells of this mesh"));
     });
 }
 
@@ -315,7 +309,7 @@ int camber_get_field(const camber_mesh* mesh, const char* name, double* values) 
         const MeshField* const field = field_of(mesh, name);
         if (field == nullptr)
             return c::status_of(
-                c::wrong_argument("camber_get_field", "name", in_quotes(name) + " is no field of this mesh"));
+                c::wrong_argument("camber_get_field", "name", in_quotes(name) + " is not a field of this mesh"));
         const auto& column = std::get<Column<double>>(field->values);
         std::copy(column.begin(), column.end(), values);
         return int{CAMBER_OK};

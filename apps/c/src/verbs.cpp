@@ -1,4 +1,4 @@
-// Error texts of each thread, and the verbs for meshes in memory.
+// Verbs for meshes in memory, and the text of each thread's last error.
 #include <algorithm>
 #include <cstddef>
 #include <exception>
@@ -60,7 +60,7 @@ int guarded_status(const std::function<int()>& f) {
         return f();
     } catch (const std::bad_alloc& failure) {
         return status_of(out_of_memory(failure));
-    } catch (const std::length_error&) {  // a length that no memory can hold
+    } catch (const std::length_error&) {  // thrown for a length that no memory can hold
         return status_of(out_of_memory(std::bad_alloc()));
     } catch (const std::exception& error) {
         return status_of(Error{ErrorKind::internal, error.what(), {}, {}, {}});
@@ -80,7 +80,7 @@ int missing(const char* function, std::initializer_list<Pointer> arguments) {
 int wrong_first(const char* function, int first) {
     if (first == 0 || first == 1) return CAMBER_OK;
     return status_of(wrong_argument(function, "first", "is " + std::to_string(first),
-                                    "give 0, or 1 where nodes count from 1, as in Fortran and Julia"));
+                                    "give 0, or 1 if node numbers start at 1, as in Fortran and Julia"));
 }
 
 }  // namespace camber::c
@@ -94,13 +94,12 @@ using namespace camber;
 
 namespace {
 
-/// Prepares to read CAD models in this process: a library cannot start its host program a second time.
+/// Lets this process read CAD models, since a library cannot start its host program a second time.
 void prepare() {
     static std::once_flag once;
     std::call_once(once, [] { app::start_itself_by({}); });
 }
 
-/// Host that calls the caller's progress function, which may stop the work.
 app::Host host_of(const camber_options* options, std::stop_source stop) {
     app::Host host{.stop = stop.get_token(), .progress = [](const std::string&, double) {}};
     if (options == nullptr || options->progress == nullptr) return host;
@@ -111,7 +110,7 @@ app::Host host_of(const camber_options* options, std::stop_source stop) {
     return host;
 }
 
-/// Interface function with its mesh and options, which may be NULL.
+/// A call of an interface function. The mesh and the options may be NULL.
 struct Call {
     const char* function;
     const camber_mesh* mesh;
@@ -122,7 +121,7 @@ Outcome<std::optional<Solution>> metric_of(const Call& call) {
     const auto& [function, mesh, options] = call;
     if (options == nullptr || options->metric == nullptr) return std::nullopt;
     if (mesh == nullptr)
-        return fail(c::wrong_argument(function, "options.metric", "is of no mesh", "give the mesh too"));
+        return fail(c::wrong_argument(function, "options.metric", "does not belong to a mesh", "give the mesh too"));
     const int dimension = camber_dimension(mesh), width = options->metric_width;
     const int tensor = values_per_vertex(FieldKind::symmetric_tensor, dimension);
     if (width != 1 && width != tensor)
@@ -138,7 +137,8 @@ Outcome<std::optional<Solution>> metric_of(const Call& call) {
 
 constexpr const char *mesh_name = "memory:mesh", *metric_name = "memory:metric.sol";
 
-/// Stores an error and returns its status. Names of arguments replace internal names of meshes and metrics.
+/// Stores an error and returns its status. In the error's text, names of arguments replace internal names of meshes and
+/// metrics.
 int status_in(const char* function, Error error) {
     constexpr std::string_view metric = "memory:metric", mesh = mesh_name;
     if (error.where.starts_with(metric)) error.where = std::string(function) + ": options.metric";
@@ -151,8 +151,8 @@ bool is_option(std::string_view word, std::string_view option) {
     return word.starts_with(option) && (word.size() == option.size() || word[option.size()] == '=');
 }
 
-/// Checks the words of camber_run, the verb first. Errors: usage (a NULL word, a verb that needs no mesh in memory, an
-/// option that an argument or result of the function replaces).
+/// Checks the words of camber_run, of which the first is the verb. Errors: usage (a NULL word, a verb that does not
+/// work on a mesh in memory, an option for which the function has an argument or result).
 Outcome<std::vector<std::string>> words_of(int count, const char* const* word, bool has_metric) {
     const auto wrong = [](int w, const std::string& what, const std::string& remedy) {
         return fail(c::wrong_argument("camber_run", "word[" + std::to_string(w) + "]", what, remedy));
@@ -164,16 +164,16 @@ Outcome<std::vector<std::string>> words_of(int count, const char* const* word, b
     const std::vector<std::string> words(word, word + count);
     const std::string& verb = words.front();
     if (verb != "curve" && verb != "remesh" && verb != "repair" && verb != "adapt" && verb != "check")
-        return wrong(0, in_quotes(verb) + " is no verb over a mesh in memory",
+        return wrong(0, in_quotes(verb) + " is not a verb for meshes in memory",
                      "give curve, remesh, repair, adapt or check");
     if (has_metric && verb == "repair")
-        return fail(c::wrong_argument("camber_run", "options.metric", "does not go with repair", "give none"));
+        return fail(c::wrong_argument("camber_run", "options.metric", "cannot be combined with repair", "give none"));
     for (int w = 1; w < count; ++w) {
         const std::string_view at = words[static_cast<std::size_t>(w)];
         if (has_metric && is_option(at, "--metric"))
-            return wrong(w, "--metric and options.metric are two metrics", "give one of them");
+            return wrong(w, "--metric cannot be combined with options.metric", "give one of them");
         if (verb == "check" && is_option(at, "--metric"))
-            return wrong(w, "--metric does not go with a check in memory", "give options.metric");
+            return wrong(w, "--metric cannot be combined with a check in memory", "give options.metric");
         if (at.starts_with("-o") || is_option(at, "--output"))
             return wrong(w, "the result is returned, no file is written", "use camber_write");
         if (verb == "check" && (is_option(at, "--vtu") || is_option(at, "--page")))
@@ -182,12 +182,12 @@ Outcome<std::vector<std::string>> words_of(int count, const char* const* word, b
     return words;
 }
 
-/// Pipeline of the words. Errors: usage (an invalid pipeline, or a solver command, which only the program can run).
 Outcome<config::Pipeline> pipeline_of(const app::Call& call) {
     auto pipeline = call.work.pipeline();
     if (!pipeline || !pipeline->adapt.is_requested()) return pipeline;
     if (!pipeline->adapt.solve.empty())
-        return fail(ErrorKind::usage, "is a command, which the program runs", "--solve", {}, "use camber adapt");
+        return fail(ErrorKind::usage, "is a command, which only the program can run", "--solve", {},
+                    "use camber adapt");
     return config::with_values(*pipeline, {}, "words");
 }
 
@@ -262,8 +262,8 @@ int camber_run_config(const camber_mesh* mesh, const char* json, const camber_op
         auto pipeline = config::read_pipeline(json, "config", input);
         if (!pipeline) return c::status_of(pipeline.error());
         if (*metric && pipeline->metric != config::Pipeline{}.metric)
-            return c::status_of(c::wrong_argument("camber_run_config", "json",
-                                                  "\"metric\" and options.metric are two metrics", "give one of them"));
+            return c::status_of(c::wrong_argument(
+                "camber_run_config", "json", "\"metric\" cannot be combined with options.metric", "give one of them"));
         if (*metric) pipeline->metric = config::FilePath{metric_name};
         return run_pipeline(std::move(*pipeline), 0, call, std::move(*metric), result);
     });

@@ -1,4 +1,4 @@
-// The command adapt
+// Command adapt
 module;
 #include <algorithm>
 #include <array>
@@ -32,18 +32,18 @@ constexpr int usual_cycles = 8;
 Outcome<Done> check_inputs(const AdaptArguments& a) {
     for (const std::string& setting : a.settings)
         if (setting.starts_with("adapt"))
-            return fail(ErrorKind::usage, in_quotes(setting) + " is the verb's own argument", "--set", {},
-                        "give --cycles and the like, or use camber run");
+            return fail(ErrorKind::usage, in_quotes(setting) + " is set by an option of this verb", "--set", {},
+                        "use --cycles and similar options, or camber run");
     const config::Adaptation& adapt = a.adapt;
     if (a.solution.input_file.empty() && !a.metric.metric && adapt.solve.empty() && adapt.exact.empty())
-        return fail(ErrorKind::usage, "what is the mesh to be adapted to?", {}, {},
+        return fail(ErrorKind::usage, "no adaptation target is specified", {}, {},
                     "give --solution, --metric, --solve or --field");
     if (!a.solution.input_file.empty() && !adapt.solve.empty())
-        return fail(ErrorKind::usage, "and --solve are two solutions", "--solution", {}, "leave one of them out");
+        return fail(ErrorKind::usage, "cannot be combined with --solve", "--solution", {}, "give one of them");
     return Done{};
 }
 
-/// Copies the values of arguments that are not the defaults.
+/// Copies the options that differ from the defaults.
 void apply_options(const config::SolutionMetric& specified, config::SolutionMetric& metric) {
     const config::SolutionMetric by_default;
     const auto put = [&](auto member) {
@@ -58,7 +58,7 @@ void apply_options(const config::SolutionMetric& specified, config::SolutionMetr
 
 config::Pipeline cycle_of(const AdaptArguments& a) {
     config::SolutionMetric by_solution;
-    // An expression has values at all nodes: its degree says nothing of the elements that it is for.
+    // An expression has values at all nodes, whatever the degree of the mesh. The argument's degree decides.
     const std::string& specified = a.solution.input_file;
     const bool is_expression = a.adapt.solve.empty() && (specified.empty() || !names_a_file(specified));
     if (a.degree == 1 && is_expression) by_solution.degree = 1;
@@ -86,7 +86,7 @@ Outcome<config::Pipeline> pipeline_of(const AdaptArguments& a) {
 Outcome<int> adapt_command(const AdaptArguments& arguments) {
     const auto pipeline = pipeline_of(arguments);
     if (!pipeline) return fail(pipeline.error());
-    // The values of arguments have the limits of a config.
+    // Option values have the same limits as values of a config.
     if (auto sound = config::with_values(*pipeline, {}, "command line"); !sound) return fail(sound.error());
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     return run_or_plan_cycles(*pipeline, files_of(*pipeline, words_of_options),
@@ -95,7 +95,6 @@ Outcome<int> adapt_command(const AdaptArguments& arguments) {
 
 namespace {
 
-/// The solver's solution on a mesh.
 struct Solved {
     DecodedMesh mesh;
     std::vector<NamedField> fields;
@@ -124,7 +123,7 @@ Outcome<Done> copied(const std::string& from, const std::string& to) {
 
 run::InputDegree required_by(const CyclesChoice& choice) { return {choice.degree, "--degree 1"}; }
 
-/// Cycles in folders: meshes, solutions and the table are files.
+/// Stores the meshes, solutions and the table of cycles as files in folders.
 class CyclesInFolders final : public run::CycleStore {
   public:
     CyclesInFolders(const config::Pipeline& pipeline, CycleFolders folders)
@@ -156,11 +155,10 @@ class CyclesInFolders final : public run::CycleStore {
     }
     Outcome<Done> deliver(int cycle) override;
 
-    /// Runs the solver's command.
     Outcome<run::SolverResult> solve(const run::SolverCall& call);
-    /// Notices of what the file of the result does not hold.
+    /// Notices about data that the format of the result cannot store.
     [[nodiscard]] const std::vector<Notice>& losses() const { return losses_; }
-    /// Completes an error by the cycles that a later run can continue.
+    /// Adds to the error which cycles a later run can continue.
     [[nodiscard]] Error error_with_files(Error error) const;
     [[nodiscard]] std::string output_summary() const;
 
@@ -193,7 +191,7 @@ class CyclesInFolders final : public run::CycleStore {
                 fmt::format("the solver of cycle {} {}{}", cycle, how, last.empty() ? "" : ": " + last),
                 words.front(),
                 {},
-                "all that it said is in " + said};
+                "its output is in " + said};
     }
 
     Outcome<Done> deliver_mesh(const run::CycleFiles& stored, const std::string& to, const std::string& name) {
@@ -211,7 +209,7 @@ class CyclesInFolders final : public run::CycleStore {
         return write_with_mesh(*mesh, fields_at_nodes(*mesh, notices), **format, to, execution);
     }
 
-    /// The format of the first mesh's file, where a mesh with this ending may be of several.
+    /// Format of the first mesh's file, for endings that several formats share.
     [[nodiscard]] std::string_view format_of_input(const std::string& to) const {
         const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
         const MeshFormat* const by_ending = format_with_extension(mesh_formats(), to);
@@ -224,7 +222,7 @@ class CyclesInFolders final : public run::CycleStore {
     const config::Pipeline& pipeline_;
     CycleFolders folders_;
     int cycle_ = 0;
-    std::optional<Solved> solved_;  ///< of the cycle that was made or delivered last
+    std::optional<Solved> solved_;  ///< of the last cycle that was computed or delivered
     std::vector<Notice> losses_;
 };
 
@@ -238,7 +236,7 @@ Outcome<run::SolverResult> CyclesInFolders::solve(const run::SolverCall& call) {
     std::error_code none;
     if (!std::filesystem::exists(into.solution, none))
         return fail(ErrorKind::input, fmt::format("was not written by the solver of cycle {}", call.cycle),
-                    into.solution, {}, "see what it said in " + into.said);
+                    into.solution, {}, "see its output in " + into.said);
     if (auto read = read_solved(into, execution); !read) return fail(read.error());
     if (auto done = write_nodal_fields(solved_->mesh, solved_->fields, into.view, {}, execution); !done)
         return fail(done.error());
@@ -273,7 +271,8 @@ Outcome<Done> CyclesInFolders::deliver(int cycle) {
 Error CyclesInFolders::error_with_files(Error error) const {
     if (folders_.rows().empty() || !folders_.is_permanent()) return error;
     const int last = folders_.rows().back().cycle;
-    error.what += fmt::format("; cycles 0 to {} are whole in {}: --from {} goes on", last, folders_.path(), last);
+    error.what +=
+        fmt::format("; cycles 0 to {} are complete in {}; continue with --from {}", last, folders_.path(), last);
     return error;
 }
 
@@ -281,7 +280,7 @@ std::string CyclesInFolders::output_summary() const {
     const config::Output& output = pipeline_.output;
     std::string text =
         wrote_rows({output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots, output.page});
-    if (folders_.is_permanent()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json beside it\n";
+    if (folders_.is_permanent()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json next to it\n";
     return text;
 }
 
@@ -299,17 +298,16 @@ class Printed {
         if (!said) failed_ = said.error();
         return said;
     }
-    /// The error of standard output, if that ended the cycles.
+    /// Error of standard output, if that ended the cycles.
     [[nodiscard]] const std::optional<Error>& failed() const { return failed_; }
 
-    /// Prints notes on the result, and what it misses. Returns the exit code.
+    /// Prints notes on the result and the requirements that it misses. Returns the exit code.
     Outcome<int> end(const run::EndedCycles& ended, const CyclesInFolders& store) {
         int code = ended.is_valid() ? 0 : 1;
         if (!ended.is_valid())
             print_line(ended.reason + (ended.rows.size() == 1
-                                           ? ": mend it first (camber repair)"
-                                           : ": no cycle goes on from there, and the outputs are those "
-                                             "of the mesh before"));
+                                           ? ": repair it first (camber repair)"
+                                           : ": the cycles end there, and the outputs are those of the previous mesh"));
         for (const Notice& loss : store.losses()) notice(loss);
         for (const std::string& note : ended.notes) print_note(note);
         if (ended.is_valid())
@@ -330,10 +328,10 @@ class Printed {
     const config::Adaptation& adapt_;
     StandardOutput out_;
     std::optional<Error> failed_;
-    std::set<std::string> reported_notices_;  ///< notices
+    std::set<std::string> reported_notices_;
 };
 
-/// The folder in which cycles are stored; empty: none are.
+/// Folder that stores the cycles; empty: cycles are not stored.
 std::string cycles_folder_of(const config::Pipeline& pipeline) {
     if (!pipeline.adapt.folder.empty()) return pipeline.adapt.folder;
     if (pipeline.adapt.solve.empty() && !pipeline.output.mesh.empty()) return {};
@@ -344,12 +342,12 @@ std::string cycles_folder_of(const config::Pipeline& pipeline) {
 Outcome<CycleFolders> folders_of(const config::Pipeline& pipeline, const CyclesChoice& choice) {
     const std::string cycles_folder = cycles_folder_of(pipeline);
     if (cycles_folder.empty() && choice.from)
-        return fail(ErrorKind::usage, "there are no cycles to go on from: none are kept", "--from", {},
+        return fail(ErrorKind::usage, "there are no cycles to continue: they are not stored", "--from", {},
                     "give --folder");
     if (choice.from && *choice.from >= pipeline.adapt.cycles)
         return fail(ErrorKind::usage,
-                    fmt::format("after cycle {} of {} there is nothing to do", *choice.from, pipeline.adapt.cycles),
-                    "--from", {}, "ask for more cycles");
+                    fmt::format("no cycles remain after cycle {} of {}", *choice.from, pipeline.adapt.cycles), "--from",
+                    {}, "increase the number of cycles");
     if (cycles_folder.empty()) return CycleFolders::passing(pipeline.output.mesh);
     return choice.from ? CycleFolders::continued(cycles_folder, *choice.from) : CycleFolders::anew(cycles_folder);
 }
@@ -383,7 +381,7 @@ Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesC
     if (auto possible = run::check_cycles(pipeline); !possible) return fail(possible.error());
     config::Pipeline once = pipeline;
     once.adapt = {};
-    // The solution is not known yet: the plan of the first mesh.
+    // The solution is not known yet. The plan describes the run of the first mesh.
     if (!pipeline.adapt.solve.empty()) once = run::first_pipeline(pipeline, run::files_of_cycle(pipeline, ""));
     once.output = pipeline.output;
     auto text = plan(once, run::fit_of_cycle(1, required_by(choice)));
@@ -391,7 +389,7 @@ Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesC
     const std::string cycles_folder = cycles_folder_of(pipeline);
     *text += fmt::format("  at most {} such cycles{}{}\n", pipeline.adapt.cycles,
                          pipeline.adapt.solve.empty() ? "" : ", each after the solver",
-                         cycles_folder.empty() ? "" : "; kept in " + cycles_folder);
+                         cycles_folder.empty() ? "" : "; stored in " + cycles_folder);
     return text;
 }
 
@@ -399,12 +397,12 @@ Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesC
 
 Outcome<int> run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
                                 const CyclesChoice& choice, bool dry_run) {
-    // Every cycle's mesh takes the place of the output: the input would be lost while it is still needed.
+    // Each cycle overwrites the output mesh. An input at the same path would be lost while later cycles need it.
     std::vector<NamedFile> named = files;
     for (NamedFile& file : named) {
         if (file.role == Role::input_mesh) file.role = Role::input;
         if (file.path == standard_stream)
-            return fail(ErrorKind::usage, "cycles read and write their files again and again, which a stream cannot",
+            return fail(ErrorKind::usage, "cycles read and write their files repeatedly, which streams do not support",
                         file.word + " -", {}, "give a file");
     }
     if (auto distinct = check_named_files(named); !distinct) return fail(distinct.error());

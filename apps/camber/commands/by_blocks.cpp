@@ -24,21 +24,20 @@ namespace camber::app {
 
 namespace {
 
-/// About what working on a part takes for each of its elements: a quarter of a memory is for that.
+/// Approximate memory for each element of a part that is in progress (bytes). A quarter of the memory limit is for it.
 constexpr double bytes_of_element = 500;
 
 bool is_meshb(const std::string& path) { return path.ends_with(".meshb"); }
 
-/// The output of a run that each rank writes its rows of.
+/// True if each rank writes its own rows of the output.
 bool is_written_by_rows(const config::Output& output) {
     return is_meshb(output.mesh) && output.format.empty() && output.partition == 0;
 }
-/// The output that each rank writes some pieces of.
+/// True if each rank writes some of the output's pieces.
 bool is_written_by_pieces(const config::Output& output) {
     return names_its_pieces(output.mesh) && output.format.empty() && output.partition > 0;
 }
 
-/// One run by blocks.
 class BlocksRun {
   public:
     BlocksRun(const config::Pipeline& pipeline, Written& written, Host host)
@@ -62,21 +61,22 @@ class BlocksRun {
         return run_in_memory();
     }
 
-    /// One rank takes a mesh as it is; what it cannot hold, and several ranks, take it by offsets.
+    /// True if the input is read by offsets: by several ranks, or if it may exceed the memory limit. Otherwise one rank
+    /// reads all.
     [[nodiscard]] bool is_mapped() const {
         return host_.ranks->size() > 1 || (requested_.memory > 0 && is_written_by_rows(pipeline_.output));
     }
 
-    /// Arrays that are made from here on lie beside the output; what is not worked on leaves memory at half of the
-    /// bound.
+    /// Stores new arrays in files next to the output. From half of the memory limit, inactive data leaves memory.
     Outcome<Done> limit_memory() {
         const double bound = requested_.memory;
         if (!(bound > 0)) return Done{};
         const std::filesystem::path beside = std::filesystem::path(pipeline_.output.mesh).parent_path();
         const std::string folder = beside.empty() ? "." : beside.string();
         if (const int error = store_arrays_in_files(folder); error != 0)
-            return fail(ErrorKind::write, "arrays cannot lie in files there: " + std::generic_category().message(error),
-                        folder, {}, "write the mesh to a disk of this machine, or leave --memory out");
+            return fail(ErrorKind::write,
+                        "arrays cannot be stored in files there: " + std::generic_category().message(error), folder, {},
+                        "write the mesh to a local disk, or leave out --memory");
         sources_.blocks.elements_at_once = static_cast<std::size_t>(bound / (4 * bytes_of_element));
         sources_.blocks.memory.before = [] { (void)store_arrays_in_files(""); };
         sources_.blocks.memory.after = [folder] { (void)store_arrays_in_files(folder); };
@@ -90,12 +90,11 @@ class BlocksRun {
         const config::Output& output = pipeline_.output;
         for (const std::string& other : {output.vtu, output.metric, output.solution, output.plots, output.page})
             if (!other.empty())
-                return fail(ErrorKind::unsupported, "is not written by blocks", other, {},
-                            "write the mesh and its report, and make the others of these");
+                return fail(ErrorKind::unsupported, "cannot be written by blocks", other, {},
+                            "write only the mesh and the report, and create other files from the mesh");
         if (host_.ranks->size() > 1 && !is_written_by_rows(output) && !is_written_by_pieces(output))
-            return fail(ErrorKind::unsupported,
-                        "several ranks write a mesh as .meshb, or as a .pvtu in parts (--partition)", output.mesh, {},
-                        "camber convert brings it into any other format");
+            return fail(ErrorKind::unsupported, "several ranks can only write .meshb, or .pvtu in parts (--partition)",
+                        output.mesh, {}, "convert it to other formats with camber convert");
         return host_.ranks->rank() == 0 ? check_outputs(output) : Done{};
     }
 
@@ -118,8 +117,8 @@ class BlocksRun {
         return std::visit(
             [&]<int D>(Mesh<D> mesh) -> Outcome<run::Run> {
                 if (mesh.degree > 1)
-                    return fail(ErrorKind::unsupported, "the mesh is curved: blocks take a straight one", {}, {},
-                                "camber convert --straighten makes it one");
+                    return fail(ErrorKind::unsupported, "the mesh is curved; blocks require a straight mesh", {}, {},
+                                "use camber convert --straighten");
                 auto opened = run_step(steps_.around(), "prepare",
                                        [&](const Execution& e) { return prepared<D>(std::move(mesh), notices_, e); });
                 if (!opened) return fail(opened.error());
@@ -129,7 +128,7 @@ class BlocksRun {
             std::move(decoded->mesh));
     }
 
-    /// A metric file's rows are at the vertices of the file, which are those of the mesh.
+    /// Rows of a metric file belong to the vertices in the order of the mesh file, which is the order of the mesh here.
     template <int D>
     Outcome<std::vector<run::MetricFile>> metric_files(const Opened<D>& opened, const Execution& execution) const {
         std::vector<std::string> paths;
@@ -195,14 +194,13 @@ class BlocksRun {
         return run;
     }
 
-    /// Gives the places of deviations the numbers that the input has for its vertices.
+    /// Replaces vertex numbers of deviations by those of the input.
     static void restore_numbers(run::Report& report, const Permutation<VertexId>& order) {
         for (auto* const deviation : {&report.boundary->node_deviation, &report.boundary->vertex_deviation})
             for (std::size_t& v : (*deviation)->vertices)
                 if (v != 0) v = order.before[VertexId(v - 1)].index() + 1;
     }
 
-    /// Adds the costs of each rank.
     Outcome<Done> add_costs(run::Report& report) {
         struct Cost {
             std::size_t peak = 0, sent = 0;
@@ -230,9 +228,9 @@ class BlocksRun {
         const bool is_unchanged = !opened.order && !opened.lift;
         if (host_.ranks->size() > 1 && !is_unchanged)
             return fail(ErrorKind::unsupported,
-                        opened.lift ? "several ranks write no flat mesh in space"
-                                    : "several ranks write a mesh in the order that it has, and this is a bad one",
-                        output.mesh, {}, "camber reorders and writes it: by one process");
+                        opened.lift ? "several ranks cannot write a flat mesh in space"
+                                    : "several ranks cannot reorder a mesh, and this one has an unsuitable order",
+                        output.mesh, {}, "use one process, which reorders and writes it");
         if (host_.ranks->size() > 1 && is_written_by_pieces(output)) return write_pieces(opened, curved, execution);
         if (is_written_by_rows(output) && is_unchanged) return write_parts(opened, curved, execution);
         const auto format = output.partition > 0 ? format_of_parts(output.mesh, output.format)
@@ -259,7 +257,7 @@ class BlocksRun {
         return write_mesh(**format, whole, {}, options, output.mesh, execution);
     }
 
-    /// Each rank some pieces, of what all have.
+    /// Each rank writes some of the pieces, whose data is on all ranks.
     template <int D>
     Outcome<Done> write_pieces(const Opened<D>& opened, const CurvedBlocks<D>& curved, const Execution& execution) {
         Ranks& ranks = *host_.ranks;
@@ -271,7 +269,7 @@ class BlocksRun {
             .map([](const auto&) { return Done{}; });
     }
 
-    /// A piece after the other, each at its place.
+    /// Writes one piece after the other, each at its offset.
     template <int D>
     Outcome<Done> write_parts(const Opened<D>& opened, const CurvedBlocks<D>& curved, const Execution& execution) {
         Ranks& ranks = *host_.ranks;

@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t elements_at_once = 65536;
 
-/// f(begin, end) for all elements, some at a time: their text is never in memory as a whole.
+/// Calls f(begin, end) for successive ranges of elements, so that the whole text is never in memory.
 template <class F>
 void in_pieces(std::size_t elements, F&& f) {
     for (std::size_t begin = 0; begin < elements; begin += elements_at_once)
@@ -60,7 +60,7 @@ void print_report(const run::CheckReport& report, const CheckArguments& argument
         for (const run::Histogram& histogram : report.histograms) out.print(run::bars(histogram));
 }
 
-/// The mesh as the file has it, with what was found of its elements.
+/// Writes the mesh in the file's order, with the verdicts of its elements.
 Outcome<Done> write_verdicts(const DecodedMesh& mesh, const run::CheckReport& report, const std::string& path,
                              const Execution& execution) {
     auto fields = run::check_fields(mesh.mesh, report, execution);
@@ -68,18 +68,18 @@ Outcome<Done> write_verdicts(const DecodedMesh& mesh, const run::CheckReport& re
     return write_for_viewers(mesh.mesh, std::move(*fields), mesh.lift, path, execution);
 }
 
-/// The metric file of the arguments, rows at the vertices.
+/// Reads the metric file, with rows at the vertices.
 Outcome<run::MetricFile> read_metric(const CheckArguments& a, DecodedMesh& mesh, const Execution& execution) {
     auto sorted = read_metric_rows(mesh, a.metric, mesh.notices, execution);
     if (!sorted) return fail(sorted.error());
     if (sorted->is_at_nodes)
         mesh.notices.push_back({a.metric +
-                                " has a metric at all nodes: lengths and qualities are told by what it has at the "
-                                "vertices, logarithms linear between them"});
+                                " has a metric at all nodes: lengths and qualities use its values at the vertices, "
+                                "with linear interpolation of their logarithms"});
     return run::MetricFile{a.metric, run::rows_at_vertices(std::move(*sorted), mesh.mesh)};
 }
 
-/// Checks the mesh and writes its verdicts. `page`: receives the mesh and its fields, if a page is requested.
+/// Checks the mesh and writes its verdicts. `page` receives the mesh and its fields if a page is requested.
 Outcome<run::CheckReport> checked(const CheckArguments& a, run::PageSource& page) {
     ShownSteps steps(a.threads);
     auto mesh = steps.run("read", [&](const Execution& e) { return read_mesh(a.input, a.flat, e); });
@@ -111,7 +111,7 @@ Outcome<Done> write_page_of(const run::CheckReport& report, run::PageSource page
     return write_page(std::move(page), arguments.input, arguments.page, {}, {.threads = arguments.threads});
 }
 
-/// Before any work is done.
+/// Called before any work.
 Outcome<Done> check_names(const CheckArguments& a) {
     if (a.vtu.empty() && a.page.empty()) return Done{};
     return check_named_files({{a.input, "the input", Role::input},
@@ -156,7 +156,7 @@ Outcome<Done> check_files(const GeometryCommandArguments& a) {
         .and_then([&](Done) { return check_viewer_output(a.surface); });
 }
 
-/// The geometry of the arguments, its file read.
+/// Returns the geometry of the arguments, after reading its file.
 Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments, const Execution& execution) {
     config::Pipeline pipeline;
     if (auto set = set_geometry(arguments, pipeline); !set) return fail(set.error());
@@ -165,7 +165,7 @@ Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments, cons
     return run::ComparedGeometry{pipeline.geometry, std::move(*source)};
 }
 
-/// The names behind the references of the table's patches and ridges.
+/// Names of the references in the table's patches and ridges.
 std::string names_row(const run::Groups& groups, int dimension) {
     std::string text;
     for (const Group& group : groups)
@@ -224,8 +224,8 @@ std::string splitting_note(const std::vector<CellCount>& unsupported_cells, cons
     std::string text;
     if (any_shape)
         text =
-            "into triangles and tetrahedra: in ParaView the filter Tetrahedralize, then Save Data as .vtu (ParaView "
-            "does not read it? meshio convert " +
+            "into triangles and tetrahedra: in ParaView the filter Tetrahedralize, then Save Data as .vtu (if ParaView "
+            "cannot read the file: meshio convert " +
             path + " FILE.vtu)";
     if (any_degree)
         text += std::string(any_shape ? "; " : "") + "to degree 2: gmsh, with a file of the lines Merge \"" + path +

@@ -3,9 +3,9 @@ module;
 #include <optional>
 #include <string>
 #include <vector>
-/// The program's verbs. Each prints its result to standard output, notes to standard error, and returns the exit code
-/// or an error, which the program prints. Codes: 0 done; 1 done, but the result misses what was asked; 2 bad usage or
-/// config; 3 bad input or output file; 4 not enough memory, or internal; 130 interrupted.
+/// Verbs of the program. Each prints its result to standard output and notes to standard error. It returns the exit
+/// code, or an error, which the program prints. Codes: 0 success; 1 the result misses a requirement; 2 wrong usage or
+/// config; 3 wrong input or output file; 4 not enough memory, or internal error; 130 interrupted.
 export module camber.commands;
 import camber.core;
 import camber.transfer;
@@ -24,64 +24,65 @@ struct RunArguments {
     std::vector<std::string> settings;  ///< path=value
     std::optional<int> threads;
     bool print_config = false, histogram = false, dry_run = false;
-    bool allow_commands = false;  ///< that the config names
+    bool allow_commands = false;  ///< run commands that the config names
     bool force = false;           ///< the output may replace the input
-    std::optional<int> from;      ///< of its cycles: the one of an earlier run that is gone on from
+    std::optional<int> from;      ///< continues cycles of an earlier run after this one
 };
 [[nodiscard]] Outcome<int> run_command(const RunArguments& arguments);
 
-/// The fields that are transferred; none: those of the input's own file.
+/// Fields to transfer; empty: those of the input mesh file.
 struct SolutionChoice {
-    std::string input_file, output;   ///< a file or an expression; empty: none
+    std::string input_file, output;   ///< file or expression; empty: none
     std::vector<std::string> fields;  ///< names; empty: all
     std::optional<TransferMethod> method;
 };
 
-/// Arguments of the verbs that run a pipeline from one mesh to another: `pipeline_of` makes it.
+/// Arguments of the verbs that run a pipeline from one mesh to another; see `pipeline_of`.
 struct PipelineArguments {
     std::string input, output, report, vtu, plots, page;
-    std::string format;  ///< of the output, by its name; empty: that of its ending, or the input's own
+    std::string format;  ///< name of the output format; empty: by the ending, or the input's
     config::Flat flat = config::Flat::plane;
     SolutionChoice solution;
     std::vector<std::string> settings;  ///< path=value
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;
-    std::optional<int> partition;  ///< parts; none: those of the settings
+    std::optional<int> partition;  ///< number of parts; none: by the settings
     bool force = false;            ///< the output may replace the input
     bool print_config = false, histogram = false, dry_run = false;
 };
 
-/// The geometry; all none: that of the settings, or the surrogate.
+/// Geometry; no member set: the one of the settings, or the surrogate.
 struct GeometryArguments {
-    std::optional<std::string> geometry;  ///< a word or JSON
-    std::optional<std::string> cad;       ///< a CAD file instead
+    std::optional<std::string> geometry;  ///< word or JSON
+    std::optional<std::string> cad;       ///< CAD file
     std::optional<CadUnit> cad_unit;
     std::optional<CadVertices> cad_vertices;
-    double cad_timeout = 0, cad_memory = 0;  ///< of reading the model (s, MB); 0: by the size of its file
-    std::optional<double> tolerance;         ///< of boundary nodes (shares of their edge's length)
+    double cad_timeout = 0, cad_memory = 0;  ///< limits for reading the model (s, MB); 0: by the file size
+    std::optional<double> tolerance;         ///< for boundary nodes (fractions of the edge length)
 };
 
-/// The metric; all none: that of the settings, or natural.
+/// Metric; no member set: the one of the settings, or natural.
 struct MetricChoice {
-    std::optional<std::string> metric;            ///< a word, a size, a file or JSON
-    std::vector<std::string> sizes;               ///< [KIND:]REFERENCE=SIZE, intersected with it
-    std::optional<double> geometry_error;         ///< the same of chords; infinite: no bound, the default one neither
-    std::optional<double> gradation, complexity;  ///< then done to it, in this order
+    std::optional<std::string> metric;            ///< word, size, file or JSON
+    std::vector<std::string> sizes;               ///< [KIND:]REFERENCE=SIZE, intersected with the metric
+    std::optional<double> geometry_error;         ///< bound on the distance of chords; infinite: no bound, also not the
+                                                  ///< default
+    std::optional<double> gradation, complexity;  ///< applied to the metric in this order
 };
 
 struct CurveArguments : PipelineArguments {
     MetricChoice metric;
     GeometryArguments geometry;
-    std::optional<Objective> objective;  ///< none: that of the settings, or the stage's default
-    std::optional<int> blocks;           ///< likewise
-    std::optional<std::size_t> memory;   ///< likewise; bytes
+    std::optional<Objective> objective;  ///< none: by the settings, or the stage's default
+    std::optional<int> blocks;           ///< none: as above
+    std::optional<std::size_t> memory;   ///< bytes; none: as above
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments);
 [[nodiscard]] Outcome<int> curve_command(const CurveArguments& arguments, Host host = {});
 
 struct RepairArguments : PipelineArguments {
     GeometryArguments geometry;
-    std::optional<double> boundary_tolerance;  ///< none: that of the settings, or 0
+    std::optional<double> boundary_tolerance;  ///< none: by the settings, or 0
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const RepairArguments& arguments);
 [[nodiscard]] Outcome<int> repair_command(const RepairArguments& arguments);
@@ -89,64 +90,63 @@ struct RepairArguments : PipelineArguments {
 struct RemeshArguments : PipelineArguments {
     MetricChoice metric;
     GeometryArguments geometry;
-    std::optional<int> rounds;                         ///< none: that of the settings, or the stage's default
-    std::optional<int> blocks;                         ///< likewise
-    std::optional<config::RemeshObjective> objective;  ///< likewise
-    std::string output_metric;                         ///< the metric at the new vertices; empty: not written
+    std::optional<int> rounds;                         ///< none: by the settings, or the stage's default
+    std::optional<int> blocks;                         ///< none: as above
+    std::optional<config::RemeshObjective> objective;  ///< none: as above
+    std::string output_metric;                         ///< file of the metric at the new vertices; empty: not written
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const RemeshArguments& arguments);
 [[nodiscard]] Outcome<int> remesh_command(const RemeshArguments& arguments, Host host = {});
 
-/// Arguments of adaptation in cycles.
 struct AdaptArguments : PipelineArguments {
-    MetricChoice metric;  ///< none: `of_solution`, with what stands beside it here
+    MetricChoice metric;  ///< none: `of_solution`, with sizes and operations of this member
     GeometryArguments geometry;
     config::SolutionMetric of_solution = {};
-    config::Adaptation adapt = {};  ///< but for the cycles
-    std::optional<int> cycles;      ///< none: as many as usual
-    int degree = 2;                 ///< of the meshes that are made
-    std::optional<int> from;        ///< the cycle of an earlier run that is gone on from
+    config::Adaptation adapt = {};  ///< its number of cycles is not used
+    std::optional<int> cycles;      ///< none: the usual number
+    int degree = 2;                 ///< of the new meshes
+    std::optional<int> from;        ///< continues cycles of an earlier run after this one
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const AdaptArguments& arguments);
 [[nodiscard]] Outcome<int> adapt_command(const AdaptArguments& arguments);
 
 struct ConvertArguments {
     std::string input, output;
-    std::string format;             ///< a format's name; empty: that of the output's ending
+    std::string format;             ///< name; empty: by the ending
     std::optional<VtuCells> cells;  ///< of a .vtu; none: the default
-    std::string metric;             ///< a solution file whose fields go into the .vtu; empty: none
-    bool elevate = false;           ///< degree 1 to 2
-    bool straighten = false;        ///< degree 2 to 1
-    std::size_t partition = 0;      ///< parts that it is written in; 0: it is not
-    DecodeOptions read = {};        ///< how the input is read
+    std::string metric;             ///< solution file whose fields are written to the .vtu; empty: none
+    bool elevate = false;           ///< from degree 1 to 2
+    bool straighten = false;        ///< from degree 2 to 1
+    std::size_t partition = 0;      ///< number of parts to write; 0: one file
+    DecodeOptions read = {};
     int threads = 0;
     bool force = false;  ///< the output may replace the input
 };
 [[nodiscard]] Outcome<int> convert_command(const ConvertArguments& arguments, const Host& host = {});
 
 struct GenerateArguments {
-    std::string shape;                        ///< its name, its JSON, or a file of that or of a pipeline
-    std::string output, format;               ///< a format's name; empty: that of the output's ending
-    std::vector<std::string> settings;        ///< path=value among the shape's options
-    std::optional<ShellStructure> structure;  ///< of a shell or annulus; none: that of the options
-    std::optional<double> elements;           ///< about so many; none: as the options say
+    std::string shape;                        ///< name, JSON, or file of a shape or pipeline
+    std::string output, format;               ///< format: name; empty: by the ending
+    std::vector<std::string> settings;        ///< path=value in the shape's options
+    std::optional<ShellStructure> structure;  ///< of a shell or annulus; none: by the options
+    std::optional<double> elements;           ///< approximate number; none: by the options
     int threads = 0;
     bool print_config = false;
 };
-/// The shape that they ask for. Errors: usage.
+/// Errors: usage.
 [[nodiscard]] Outcome<config::Shape> shape_of(const GenerateArguments& arguments);
-/// The mesh of that shape, not written. Errors: usage, memory, stopped.
+/// Generates the mesh without writing it. Errors: usage, memory, stopped.
 [[nodiscard]] Outcome<DecodedMesh> generate_in_memory(const GenerateArguments& arguments, const Host& host);
 [[nodiscard]] Outcome<int> generate_command(const GenerateArguments& arguments, const Host& host = {});
 
 struct PlotArguments {
-    std::string report, output;  ///< report.json; a folder, or one file .svg
+    std::string report, output;  ///< report.json; a folder, or one .svg file
 };
 [[nodiscard]] Outcome<int> plot_command(const PlotArguments& arguments);
 
-/// A page of a mesh, or of a run and its mesh.
+/// Arguments of a page about a mesh, or about a run and its mesh.
 struct ReportArguments {
-    std::string input, output;     ///< a mesh or a report.json; the page
+    std::string input, output;     ///< mesh or report.json; page
     std::string metric, solution;  ///< files; empty: none
     config::Flat flat = config::Flat::plane;
     run::CheckOptions options = {};
@@ -156,8 +156,8 @@ struct ReportArguments {
 [[nodiscard]] Outcome<int> report_command(const ReportArguments& arguments);
 
 struct CheckArguments {
-    std::string input, metric;  ///< metric: a solution file; empty: none
-    std::string vtu, page;      ///< the mesh with its verdicts; an .html; empty: none
+    std::string input, metric;  ///< metric: solution file; empty: none
+    std::string vtu, page;      ///< mesh with its verdicts; .html; empty: none
     config::Flat flat = config::Flat::plane;
     run::CheckOptions options = {};
     int threads = 0;
@@ -167,7 +167,7 @@ struct CheckArguments {
 
 struct GeometryCommandArguments {
     std::string input;
-    std::string output, surface;  ///< the mesh with fields of its boundary; the geometry over it; empty: none
+    std::string output, surface;  ///< mesh with fields of its boundary; geometry over it; empty: none
     config::Flat flat = config::Flat::plane;
     GeometryArguments geometry;
     run::InspectOptions options = {};
@@ -176,10 +176,10 @@ struct GeometryCommandArguments {
 };
 [[nodiscard]] Outcome<int> geometry_command(const GeometryCommandArguments& arguments);
 
-/// The metric that a solution asks for.
+/// Arguments for the metric of a solution.
 struct MetricArguments {
     std::string input, solution, output;
-    std::string format;  ///< of the output, by its name; empty: that of its ending
+    std::string format;  ///< name of the output format; empty: by the ending
     config::Flat flat = config::Flat::plane;
     config::SolutionMetric metric = {};
     std::vector<std::string> sizes;  ///< [KIND:]REFERENCE=SIZE
@@ -187,10 +187,10 @@ struct MetricArguments {
 };
 [[nodiscard]] Outcome<int> metric_command(const MetricArguments& arguments);
 
-/// A solution brought from a mesh to another one.
+/// Arguments for the transfer of a solution from one mesh to another.
 struct TransferArguments {
     std::string old_mesh, new_mesh, solution, output;
-    std::string format;               ///< of the output, by its name; empty: that of its ending
+    std::string format;               ///< name of the output format; empty: by the ending
     std::vector<std::string> fields;  ///< names; empty: all
     config::Flat flat = config::Flat::plane;
     TransferOptions options = {};
@@ -207,19 +207,19 @@ struct InfoArguments {
 
 [[nodiscard]] Outcome<int> schema_command(const std::string& of);
 
-/// Sizes by reference, as arguments give them: [KIND:]REFERENCE,…=SIZE. Errors: usage.
+/// Reads sizes by reference, [KIND:]REFERENCE,…=SIZE. Errors: usage.
 [[nodiscard]] Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts);
-/// Puts a verb's geometry, where there is one, into a pipeline.
+/// Puts the geometry of the arguments, if any, into the pipeline.
 [[nodiscard]] Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline);
 
 }  // namespace camber::app
 
 namespace camber::app {
 
-/// Returns `base`, the pipeline of a verb, with the arguments, but for metric and geometry.
+/// Returns `base`, the pipeline of a verb, with the arguments except metric and geometry.
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArguments& arguments);
 
-/// Puts a verb's metric, where there is one, into its pipeline.
+/// Puts the metric of the arguments, if any, into the pipeline.
 [[nodiscard]] Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline);
 
 }  // namespace camber::app

@@ -35,7 +35,7 @@ Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
                              a.force);
 }
 
-/// Fields with values that are not 0 along z.
+/// Number of fields with nonzero values along z.
 std::size_t fields_with_z(const MeshFields& fields) {
     std::size_t count = 0;
     for (const MeshField& field : fields) {
@@ -52,8 +52,8 @@ std::size_t fields_with_z(const MeshFields& fields) {
     return count;
 }
 
-/// A file's mesh, a flat one of a format that has three coordinates always in 2D; what that leaves out is among the
-/// notices.
+/// Reads a mesh. A flat mesh of a format with three coordinates is always read in 2D, with notices of the data that
+/// this omits.
 Outcome<DecodedMesh> read_in_own_dimension(const std::string& path, const DecodeOptions& options,
                                            const Execution& execution) {
     auto decoded = read_mesh(path, config::Flat::surface, options, execution);
@@ -61,13 +61,13 @@ Outcome<DecodedMesh> read_in_own_dimension(const std::string& path, const Decode
     const MeshFields in_space = decoded->fields;
     decoded = with_flat_in_2d(std::move(*decoded), execution);
     if (!decoded || !decoded->lift) return decoded;
-    if (!decoded->lift->heights.empty()) decoded->notices.push_back({"z of vertices that nothing uses was left out"});
+    if (!decoded->lift->heights.empty()) decoded->notices.push_back({"z of unused vertices was omitted"});
     if (const std::size_t lost = fields_with_z(in_space); lost > 0)
-        decoded->notices.push_back({fmt::format("what {} fields have along z was left out: the mesh is flat", lost)});
+        decoded->notices.push_back({fmt::format("z components of {} fields were omitted: the mesh is flat", lost)});
     return decoded;
 }
 
-/// The fields of a mesh's file as a solution at its vertices.
+/// Returns the fields of a mesh file as a solution at its vertices.
 Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const DecodeOptions& options,
                                           const Execution& execution) {
     auto decoded = read_in_own_dimension(path, options, execution);
@@ -81,13 +81,13 @@ Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const DecodeO
     std::size_t at_cells = 0;
     for (const MeshField& field : decoded->fields) at_cells += field.centring == Centring::cell ? 1 : 0;
     if (at_cells > 0)
-        decoded->notices.push_back({fmt::format("a solution has no place for {} fields at cells", at_cells)});
-    if (size.degree == 2) decoded->notices.push_back({"a solution has no place for the values at the nodes of edges"});
+        decoded->notices.push_back({fmt::format("a solution file cannot store {} fields at cells", at_cells)});
+    if (size.degree == 2) decoded->notices.push_back({"a solution file cannot store the values at the nodes of edges"});
     std::vector<std::string_view> names;
     for (const MeshField& field : decoded->fields)
         if (field.centring == Centring::node) names.push_back(field.name);
     decoded->notices.push_back(
-        {"a solution has no place for names, its fields are, in this order: " + listed(names, ", ")});
+        {"a solution file cannot store names; its fields are, in this order: " + listed(names, ", ")});
     return DecodedSolution{std::move(*solution), std::move(decoded->notices)};
 }
 
@@ -99,7 +99,7 @@ Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execu
     const auto format = format_of_solution(a.output, a.format);
     if (!format) return fail(format.error());
     if (a.elevate || a.straighten || !a.metric.empty() || a.cells)
-        return fail(ErrorKind::usage, "--elevate, --straighten, --metric and --cells are for meshes");
+        return fail(ErrorKind::usage, "--elevate, --straighten, --metric and --cells require a mesh");
     if (auto writable = check_writable(a.output); !writable) return writable;
     auto decoded =
         is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, a.read, execution);
@@ -128,7 +128,7 @@ Outcome<AnyMesh> straightened(AnyMesh mesh, const std::string& name) {
         std::move(mesh));
 }
 
-/// The mesh as it is asked for, of the other degree: without its fields.
+/// Changes the degree of the mesh if requested. Fields are lost.
 Outcome<Done> change_degree(const ConvertArguments& a, DecodedMesh& decoded, const Execution& execution) {
     if (!a.elevate && !a.straighten) return Done{};
     const int degree = a.elevate ? 1 : 2;
@@ -138,12 +138,12 @@ Outcome<Done> change_degree(const ConvertArguments& a, DecodedMesh& decoded, con
     decoded.mesh = std::move(*result);
     if (!decoded.fields.empty())
         decoded.notices.push_back(
-            {fmt::format("{} fields of the mesh of degree {} were left out", decoded.fields.size(), degree)});
+            {fmt::format("{} fields were omitted in the mesh of degree {}", decoded.fields.size(), degree)});
     decoded.fields = {};
     return Done{};
 }
 
-/// A solution's fields on the mesh; beside a flat mesh it may be one in 2D.
+/// Returns a solution's fields on the mesh. For a flat mesh the solution may be in 2D.
 Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name, const AnyMesh& mesh,
                               const Execution& execution) {
     if (solution.dimension == 2) {
@@ -157,19 +157,18 @@ Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name,
     return run::solution_fields(solution, name, mesh, execution);
 }
 
-/// Reports the fields that the format does not hold, and the names that it changes.
+/// Reports the fields that the format cannot store, and the names that it changes.
 void note_lost_fields(const MeshFields& fields, const MeshFormat& format) {
     std::vector<std::string_view> lost;
     for (const MeshField& field : fields)
         if (!format.has_fields || (format.can_store != nullptr && !format.can_store(field))) lost.push_back(field.name);
     if (!lost.empty())
-        print_note(
-            fmt::format("{} has no place for {} fields: {}{}", format.what, lost.size(), listed(lost, " and "),
-                        format.has_fields ? "" : " (those at nodes can be written beside it: convert to a .sol)"));
+        print_note(fmt::format("{} cannot store {} fields: {}{}", format.what, lost.size(), listed(lost, " and "),
+                               format.has_fields ? "" : " (to store fields at nodes, convert to a .sol)"));
     report_renames(format, fields);
 }
 
-/// The mesh of the arguments' input as the output's format wants it, elevated if asked for, with the metric's fields.
+/// Returns the input mesh for the output's format: elevated if requested, with the fields of the metric.
 Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat& format, const Execution& execution) {
     auto decoded = format.is_always_3d ? read_mesh(a.input, config::Flat::surface, a.read, execution)
                                        : read_in_own_dimension(a.input, a.read, execution);
@@ -195,7 +194,7 @@ Outcome<Done> check_choices(const ConvertArguments& a, const MeshFormat& format)
     if (format.has_fields || a.metric.empty()) return Done{};
     const auto endings = writable_extensions(mesh_formats(), [](const MeshFormat& f) { return f.has_fields; });
     return fail(ErrorKind::usage, "--metric is for " + listed(endings), a.output, {},
-                "the format has no place for fields: convert the .sol beside it");
+                "the format cannot store fields; convert the .sol separately");
 }
 
 /// Converts a mesh into one file, or into parts for a solver.
@@ -219,14 +218,16 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, Written& written, const Ex
     return written.add(a.output, write_mesh(**format, decoded->mesh, decoded->fields, options, a.output, execution));
 }
 
-/// Ranks share a mesh in parts alone. Errors: usage.
+/// Several ranks can only write parts. Errors: usage.
 Outcome<Done> check_on_ranks(const ConvertArguments& a) {
     if (a.partition == 0 || !names_its_pieces(a.output))
-        return fail(ErrorKind::usage, "several ranks convert a mesh to a .pvtu in parts, and nothing else", a.output,
-                    {}, "camber, or mpirun -n 1");
+        return fail(ErrorKind::usage, "several ranks can only convert a mesh to a .pvtu in parts", a.output, {},
+                    "camber, or mpirun -n 1");
     if (!a.input.ends_with(".meshb") || !a.metric.empty() || a.elevate || a.straighten || !a.format.empty())
-        return fail(ErrorKind::usage, "several ranks take a .meshb as it is", a.input, {},
-                    "convert it to that form on one rank first");
+        return fail(ErrorKind::usage,
+                    "several ranks require a .meshb, without --metric, --elevate, --straighten and "
+                    "--format",
+                    a.input, {}, "convert it on one rank first");
     return Done{};
 }
 
@@ -253,7 +254,7 @@ Outcome<int> convert_command(const ConvertArguments& arguments, const Host& host
     const Execution execution{.threads = arguments.threads, .stop = stop_on_signals()};
     Written written;
     if (solution && arguments.partition > 0)
-        return fail(ErrorKind::usage, "is of meshes", "--partition", {}, "leave it out");
+        return fail(ErrorKind::usage, "requires meshes", "--partition", {}, "leave it out");
     const auto done = solution ? written.add(arguments.output, convert_solution(arguments, execution))
                                : convert_mesh(arguments, written, execution);
     if (!done) return fail(done.error());
@@ -276,8 +277,8 @@ Outcome<int> transfer_command(const TransferArguments& a) {
     if (!to) return fail(to.error());
     const int dimension = run::plan_size(from->mesh).dimension;
     if (run::plan_size(to->mesh).dimension != dimension)
-        return fail(ErrorKind::input, fmt::format("is not in {}D, as the old mesh is", dimension), a.new_mesh, {},
-                    "give two meshes of one domain");
+        return fail(ErrorKind::input, fmt::format("is not in {}D like the old mesh", dimension), a.new_mesh, {},
+                    "give two meshes of the same domain");
     std::vector<Notice> notices = from->notices;
     notices.insert(notices.end(), to->notices.begin(), to->notices.end());
     auto fields = steps.run("read solution", [&](const Execution& e) {
@@ -287,7 +288,7 @@ Outcome<int> transfer_command(const TransferArguments& a) {
     for (const Notice& notice : notices) print_note(notice.what);
     if (run::plan_size(to->mesh).degree == 1 &&
         std::ranges::any_of(*fields, [](const NamedField& f) { return f.field.degree == 2; }))
-        print_note("the new mesh is straight and of degree 1: the fields' values at its vertices are written");
+        print_note("the new mesh has degree 1: field values are only written at its vertices");
     auto result = run::transfer_fields(to->mesh, from->mesh, std::move(*fields), a.options, steps.around);
     if (!result) return fail(of_file(result.error(), a.solution));
     if (run::plan_size(to->mesh).degree == 1) result->fields = run::at_vertices(to->mesh, std::move(result->fields));

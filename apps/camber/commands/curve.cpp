@@ -28,7 +28,7 @@ namespace camber::app {
 
 namespace {
 
-/// Calls f with each stage of that kind.
+/// Calls f with each stage of this type.
 template <class Stage>
 void each_stage(config::Pipeline& pipeline, auto&& f) {
     for (config::Stage& stage : pipeline.stages)
@@ -38,25 +38,25 @@ void each_stage(config::Pipeline& pipeline, auto&& f) {
 Outcome<config::Metric> metric_of(const std::string& text) {
     if (const auto size = number_in<double>(text)) {
         if (*size > 0) return config::Metric(config::ConstantMetric{.sizes = {*size}, .tensor = {}});
-        return fail(ErrorKind::usage, text + " is no size", "--metric", {}, "give a positive one");
+        return fail(ErrorKind::usage, text + " is not a size", "--metric", {}, "give a positive size");
     }
     std::string with_point = text;
     std::ranges::replace(with_point, ',', '.');
     if (with_point != text && number_in<double>(with_point))
-        return fail(ErrorKind::usage, text + " is no size", "--metric", {}, "write it with a point: " + with_point);
-    // An array is no file's name but JSON, though no metric either: the reader of configs says why.
+        return fail(ErrorKind::usage, text + " is not a size", "--metric", {}, "use a decimal point: " + with_point);
+    // An array is JSON and not a file name, but not a metric. The reader of configs reports it.
     const auto first = text.find_first_not_of(" \t\n");
     if (first != std::string::npos && text[first] == '[')
         if (auto array = config::read_pipeline(text, "--metric"); !array) return fail(array.error());
     return config::read_metric(text, "--metric");
 }
 
-/// True if a bound on the distance from the geometry is requested; an infinite one is none.
+/// True if the distance from the geometry is bounded. An infinite value means no bound.
 bool bounds_geometry(const MetricChoice& choice) {
     return choice.geometry_error && std::isfinite(*choice.geometry_error);
 }
 
-/// A solution's metric has all of it in itself: gradation within the search for its complexity.
+/// Gradation is part of a solution's metric, since the search for the complexity includes it.
 void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, config::SolutionMetric& metric) {
     if (choice.complexity) {
         metric.vertices = metric.elements = 0;
@@ -67,8 +67,8 @@ void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, conf
     std::ranges::move(sizes, std::back_inserter(metric.sizes));
 }
 
-/// Refuses options of the metric where no stage reads one, and sizes where only curving does and no metric is given.
-/// Errors: usage.
+/// Rejects options of the metric if no stage uses one. Rejects sizes if only curving uses a metric and none is
+/// specified. Errors: usage.
 Outcome<Done> check_metric_is_used(const MetricChoice& choice, const config::Pipeline& pipeline) {
     const char* const option = !choice.sizes.empty()     ? "--size"
                                : choice.complexity       ? "--complexity"
@@ -93,7 +93,7 @@ Outcome<Done> check_metric_is_used(const MetricChoice& choice, const config::Pip
     const bool changes_sizes = !choice.sizes.empty() || choice.complexity;
     if (changes_sizes && std::holds_alternative<config::NaturalMetric>(pipeline.metric))
         return fail(ErrorKind::usage, "has no effect on the sizes of elements: curve only moves nodes", option, {},
-                    "use camber remesh, or give --metric, which edges are curved for");
+                    "use camber remesh, or give the --metric for curving");
     return Done{};
 }
 
@@ -116,7 +116,7 @@ std::string text_of(const run::Run& run, const config::Output& output, bool hist
     return text + wrote_rows({output.mesh, output.vtu, metric, solution, output.report, output.plots, output.page});
 }
 
-/// Prints why the result is not the requested one; returns the exit code 1.
+/// Prints the missed requirements and returns exit code 1.
 int report_misses(const run::Report& report) {
     for (const std::string& miss : run::misses(report)) print_line(miss);
     return 1;
@@ -135,7 +135,7 @@ Outcome<int> finish(const config::Pipeline& pipeline, bool histogram, Host host)
     return said != 0 ? said : code;
 }
 
-/// Runs the pipeline of a verb, whose files are named so, or prints its plan.
+/// Runs the pipeline of a verb, or prints its plan. `files`: paths with the names for messages.
 template <class Arguments>
 Outcome<int> run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
                          const Arguments& arguments, Host host = {}) {
@@ -144,10 +144,10 @@ Outcome<int> run_or_plan(const config::Pipeline& pipeline, const std::vector<Nam
     return plan(pipeline).map([](const std::string& text) { return end_with(text + "\n  nothing was done\n"); });
 }
 
-/// Prints the pipeline or its plan if that is requested; otherwise runs it. Returns the exit code.
+/// Prints the pipeline or its plan if requested; otherwise runs it. Returns the exit code.
 Outcome<int> run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments, Host host = {}) {
     if (!pipeline) return fail(pipeline.error());
-    // The values of arguments have the limits of a config.
+    // Option values have the same limits as values of a config.
     if (auto sound = config::with_values(*pipeline, {}, "command line"); !sound) return fail(sound.error());
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     return run_or_plan(*pipeline, files_of(*pipeline, words_of_options), arguments, std::move(host));
@@ -203,11 +203,11 @@ Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline&
     const auto& [geometry, cad, unit, vertices, timeout, memory, tolerance] = arguments;
     if (tolerance) pipeline.geometry_tolerance.nodes = *tolerance;
     if (unit && !cad)
-        return fail(ErrorKind::usage, "is the unit of a CAD model, and there is none", "--cad-unit", {},
+        return fail(ErrorKind::usage, "is the unit of a CAD model, but no model is specified", "--cad-unit", {},
                     "give --cad too");
     if (vertices && !cad)
-        return fail(ErrorKind::usage, "moves vertices onto a CAD model, and there is none", "--cad-vertices", {},
-                    "give --cad too");
+        return fail(ErrorKind::usage, "moves vertices onto a CAD model, but no model is specified", "--cad-vertices",
+                    {}, "give --cad too");
     config::Cad model;
     if (cad) {
         model.timeout = timeout;
@@ -224,11 +224,11 @@ Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline&
         pipeline.geometry = std::move(*read);
         return Done{};
     }
-    // Surfaces by reference go beside the model; any other geometry is one of all the boundary.
+    // Analytic surfaces by reference complement the model. Any other geometry would describe the whole boundary too.
     auto* const beside = std::get_if<config::Analytic>(&*read);
     if (!beside)
-        return fail(ErrorKind::usage, "is a geometry too", "--geometry", {},
-                    "give it or --cad; beside a model \"analytic\" surfaces alone");
+        return fail(ErrorKind::usage, "cannot be combined with --cad", "--geometry", {},
+                    "give one of them; only \"analytic\" surfaces can complement a model");
     model.analytic = std::move(beside->surfaces);
     pipeline.geometry = std::move(model);
     return Done{};
@@ -257,7 +257,7 @@ Outcome<int> remesh_command(const RemeshArguments& arguments, Host host) {
 }
 
 Outcome<config::Pipeline> pipeline_of(const RepairArguments& arguments) {
-    // Without elevate and curve: the mesh has its own nodes.
+    // The mesh has its own nodes: elevate and curve are not needed.
     auto pipeline = pipeline_of(with_stages({config::Validate{}, config::Relax{}, config::Commit{}}), arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
@@ -271,7 +271,7 @@ Outcome<int> repair_command(const RepairArguments& arguments) { return run_verb(
 
 namespace {
 
-/// "3=0.01": facets of reference 3; "elements:1,2=0.1": elements of two.
+/// Examples: "3=0.01", facets with reference 3; "elements:1,2=0.1", elements with two references.
 Outcome<ReferenceSize> size_of(const std::string& text) {
     ReferenceSize out;
     const std::string_view whole = text;
@@ -294,8 +294,9 @@ Outcome<ReferenceSize> size_of(const std::string& text) {
         at = end + 1;
     }
     if (is_sound) return out;
-    return fail(ErrorKind::usage, "is no size by reference", "--size " + shortened(text), {},
-                fmt::format("write REFERENCE=SIZE, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with one of {}",
+    return fail(ErrorKind::usage, "is not a size by reference", "--size " + shortened(text), {},
+                fmt::format("write REFERENCE=SIZE, for example 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE, where KIND is "
+                            "one of {}",
                             fmt::join(all_words<ReferencedEntity>(), ", ")));
 }
 
@@ -312,11 +313,11 @@ Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts) {
 }
 
 Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArguments& arguments) {
-    // Settings are made on the default pipeline; the arguments of their own come after.
+    // Settings apply to the default pipeline. The other arguments are applied after them.
     for (const std::string& setting : arguments.settings)
         if (setting.starts_with("input") || setting.starts_with("output/mesh"))
-            return fail(ErrorKind::usage, in_quotes(setting) + " is the verb's own argument", "--set", {},
-                        "give the mesh, --flat and -o, or use camber run");
+            return fail(ErrorKind::usage, in_quotes(setting) + " is set by an option of this verb", "--set", {},
+                        "use the mesh argument, --flat and -o, or camber run");
     base.input = {config::FilePath{arguments.input}, arguments.flat};
     auto pipeline = config::with_values(base, arguments.settings, "command line");
     if (!pipeline) return pipeline;
@@ -351,14 +352,14 @@ Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArgum
 
 namespace {
 
-/// An error if the file of a config is a mesh or a solution, by its first bytes or its ending. Errors: usage.
+/// Rejects a mesh or a solution in place of a config, by its first bytes or its ending. Errors: usage.
 Outcome<Done> check_is_config(const std::string& path, std::span<const std::byte> bytes) {
     if (as_text(bytes).starts_with('{')) return Done{};
     const bool is_mesh = format_with_content(mesh_formats(), bytes) || format_with_extension(mesh_formats(), path);
     const bool is_solution = format_with_content(solution_formats(), bytes) || is_solution_file(path);
     if (!is_mesh && !is_solution) return Done{};
     return fail(ErrorKind::usage,
-                std::string(is_mesh ? "is a mesh" : "is a solution") + ", but run takes a config in JSON",
+                std::string(is_mesh ? "is a mesh" : "is a solution") + ", but run requires a config in JSON",
                 called_input(path), {},
                 is_mesh ? "for a mesh use camber curve, remesh, adapt, repair, check or convert"
                         : "for a solution use camber metric, transfer or convert");
@@ -383,14 +384,14 @@ Outcome<int> run_command(const RunArguments& arguments) {
     auto files = files_of(below, words_of_config);
     files.insert(files.begin(), NamedFile{arguments.config, "the config", Role::input});
     if (!below.adapt.is_requested() && arguments.from)
-        return fail(ErrorKind::usage, "the config has no cycles to go on from", "--from", {}, "leave it out");
+        return fail(ErrorKind::usage, "the config has no cycles to continue", "--from", {}, "leave it out");
     if (!below.adapt.is_requested()) return run_or_plan(below, files, arguments);
     if (!below.adapt.solve.empty() && !arguments.allow_commands)
         return fail(ErrorKind::usage, fmt::format("the config runs a command: {}", fmt::join(below.adapt.solve, " ")),
-                    arguments.config + ": /adapt/solve", {}, "--allow-commands lets it");
+                    arguments.config + ": /adapt/solve", {}, "allow it with --allow-commands");
     if (arguments.histogram)
-        return fail(ErrorKind::usage, "is of a single run, and the config has cycles", "--histogram", {},
-                    "give \"output\": {\"plots\": …}, or leave it out");
+        return fail(ErrorKind::usage, "is only available for single runs, but the config has cycles", "--histogram", {},
+                    "use \"output\": {\"plots\": …}, or leave it out");
     return run_or_plan_cycles(below, files, {.from = arguments.from}, arguments.dry_run);
 }
 

@@ -34,10 +34,10 @@ constexpr const char* series_name = "/series.pvd";
 constexpr const char* groups_name = "/groups.json";
 
 auto cannot(const std::string& path, const std::error_code& error) {
-    return fail(ErrorKind::write, "cannot be changed: " + error.message(), path, {}, "take another folder");
+    return fail(ErrorKind::write, "cannot be changed: " + error.message(), path, {}, "use another folder");
 }
 
-/// "cycle-007" and "cycle-007.part".
+/// True for "cycle-007" and "cycle-007.part".
 bool is_of_cycle(std::string_view name) {
     constexpr std::string_view before = "cycle-";
     if (!name.starts_with(before)) return false;
@@ -46,7 +46,7 @@ bool is_of_cycle(std::string_view name) {
     return name.size() >= 3 && name.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// Folders of cycles from one on, whole and in part.
+/// Removes the folders of cycles from `first` on, complete or partial.
 Outcome<Done> remove_from(const std::string& folder, std::string_view first) {
     std::error_code error;
     std::vector<fs::path> later;
@@ -84,7 +84,7 @@ Outcome<CycleFolders> CycleFolders::anew(const std::string& folder) {
         const auto rows = table_of(folder);
         const int last = rows && !rows->empty() ? rows->back().cycle : 0;
         return fail(ErrorKind::usage, fmt::format("has cycles 0 to {} of an earlier run", last), folder, {},
-                    fmt::format("--from {} goes on from there; or take another --folder, or remove it", last));
+                    fmt::format("continue with --from {}, use another --folder, or remove this one", last));
     }
     if (auto result = make_folder(folder); !result) return fail(result.error());
     if (auto removed = remove_from(folder, run::name_of_cycle(0)); !removed) return fail(removed.error());
@@ -95,14 +95,14 @@ Outcome<CycleFolders> CycleFolders::continued(const std::string& folder, int las
     auto rows = table_of(folder);
     if (!rows) {
         Error error = rows.error();
-        error.what = "there are no cycles to go on from: " + error.what;
+        error.what = "there are no cycles to continue: " + error.what;
         error.remedy = "leave --from out";
         return fail(std::move(error));
     }
     const auto row_count = static_cast<std::size_t>(last) + 1;
     std::error_code none;
     if (rows->size() < row_count || !fs::exists(folder + "/" + run::name_of_cycle(last), none))
-        return fail(ErrorKind::usage, fmt::format("cycle {} is not there to go on from", last), folder, {},
+        return fail(ErrorKind::usage, fmt::format("cycle {} to continue after does not exist", last), folder, {},
                     rows->empty() ? "leave --from out" : fmt::format("give --from 0 to {}", rows->back().cycle));
     if (auto removed = remove_from(folder, run::name_of_cycle(last + 1)); !removed) return fail(removed.error());
     CycleFolders folders(folder, true);
@@ -118,7 +118,7 @@ Outcome<CycleFolders> CycleFolders::passing(const std::string& beside) {
     const fs::path parent = fs::path(beside).parent_path();
     std::string name = (parent.empty() ? fs::path(".") : parent).string() + "/.camber-cycles-XXXXXX";
     if (::mkdtemp(name.data()) == nullptr)
-        return fail(ErrorKind::write, "no folder can be made beside it", beside, {}, "give --folder");
+        return fail(ErrorKind::write, "no folder can be created next to it", beside, {}, "give --folder");
     return CycleFolders(name, false);
 }
 
@@ -175,20 +175,20 @@ fs::path resolved(const std::string& path) {
 
 bool is_standard(const std::string& path) { return path == standard_stream; }
 
-/// Hard links too.
+/// True for hard links too.
 bool same_file(const std::string& a, const std::string& b) {
     std::error_code ignored_error;
     return resolved(a) == resolved(b) || fs::equivalent(a, b, ignored_error);
 }
 
-/// Pipes and devices: what is written there takes nothing away.
+/// True for pipes and devices. Writing to them overwrites nothing.
 bool is_special(const std::string& path) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-/// True if `a` is the mesh that is read and `b` the one that is written.
+/// True if `a` is the input mesh and `b` the output mesh.
 bool replaces_input(const NamedFile& a, const NamedFile& b) {
     return a.role == Role::input_mesh && b.role == Role::output_mesh;
 }
@@ -210,16 +210,16 @@ Outcome<Done> check_pair(const NamedFile& earlier, const NamedFile& later, bool 
     if (replaces_input(earlier, later))
         return fail(ErrorKind::usage, later.word + " is the same file as " + other, called_output(later.path), {},
                     "name another output, or replace the input with --force");
-    return fail(ErrorKind::usage, later.word + " is the same file as " + other, called_output(later.path), {},
-                (is_read(earlier.role) ? "what is read is not overwritten: give " : "give ") + later.word +
-                    " a file of its own");
+    return fail(
+        ErrorKind::usage, later.word + " is the same file as " + other, called_output(later.path), {},
+        (is_read(earlier.role) ? "inputs are not overwritten; give " : "give ") + later.word + " a separate file");
 }
 
 Outcome<Done> check_path(const NamedFile& file) {
     const auto end = file.path.find('\0');
     if (end == std::string::npos) return Done{};
     return fail(ErrorKind::usage, "the path has a NUL character after " + in_quotes(file.path.substr(0, end)),
-                file.word, {}, "no file's name can hold it: take \\u0000 out");
+                file.word, {}, "file names cannot contain it; remove \\u0000");
 }
 
 }  // namespace

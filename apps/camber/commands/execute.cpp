@@ -29,7 +29,7 @@ namespace camber::app {
 
 namespace {
 
-/// Runs that cannot end well are refused before they begin.
+/// Rejects runs that need more memory than there is.
 Outcome<Done> check_memory(const AnyMesh& mesh) {
     const run::PlanSize size = run::plan_size(mesh);
     const std::size_t needed = run::estimated_peak_bytes(size.vertices, size.elements, size.dimension);
@@ -38,10 +38,10 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
     return fail(ErrorKind::memory,
                 "the run needs about " + readable(needed) + " of memory, and " + limit.source + " gives " +
                     readable(limit.bytes),
-                {}, {}, "give it more, or a smaller mesh");
+                {}, {}, "provide more memory, or use a smaller mesh");
 }
 
-/// The files that the config names, but for those of plots.
+/// Files that the config names, except plots.
 std::vector<std::string> named_outputs(const config::Output& output) {
     std::vector<std::string> files;
     for (const std::string& path :
@@ -58,7 +58,7 @@ bool can_store_metrics(const MeshFormat& format) {
 
 Outcome<Done> check_mesh_output(const config::Output& output) {
     if (output.mesh.empty() && output.partition > 0)
-        return fail(ErrorKind::usage, "there is no file of a mesh to be in parts", "/output/partition", {},
+        return fail(ErrorKind::usage, "requires a mesh file to write in parts", "/output/partition", {},
                     "name one in \"mesh\", or leave it out");
     if (output.mesh.empty()) return Done{};
     if (output.partition == 0 && names_its_pieces(output.mesh)) return missing_partition_error(output.mesh);
@@ -90,13 +90,13 @@ Outcome<Done> check_endings(const config::Output& output) {
     return output.solution.empty() ? Done{} : check_fields_output(output.solution, {});
 }
 
-/// Threads that a run takes: those that were asked for, as far as the machine has them.
+/// Number of threads: the requested one, at most that of the machine.
 int threads_used(const config::Pipeline& pipeline) {
     const int there = tbb::info::default_concurrency();
     return pipeline.threads > 0 ? std::min(pipeline.threads, there) : there;
 }
 
-/// "writable", or the reason why the file is not.
+/// Returns "writable", or the reason against it.
 std::string writable(const std::string& path) {
     const auto checked = check_writable(path);
     return checked ? "writable" : checked.error().what;
@@ -122,7 +122,7 @@ struct Forecast {
     std::optional<run::Growth> growth = {};
     std::optional<double> seconds = {};
 };
-/// Errors: those of the run as far as it is made.
+/// Errors: those of the part of the run that is executed.
 Outcome<Forecast> forecast(const config::Pipeline& pipeline, run::Inputs inputs, const run::PlanSize& size,
                            const Meter& meter, const Execution& execution) {
     const StepWrapper quietly = [&](std::string_view, const auto& body) { return body(execution); };
@@ -253,7 +253,7 @@ Outcome<run::Inputs> inputs_of(const config::Pipeline& pipeline, Host& host, con
     if (!inputs) return inputs;
     inputs->ranks = host.ranks;
     if (host.ranks->size() > 1 && run::may_end_in_rows(pipeline) && !inputs->mesh.lift) inputs->end = run::RunEnd::rows;
-    host.memory_inputs = {};  // the run holds its own
+    host.memory_inputs = {};  // the run has its own copy
     if (auto enough = check_memory(inputs->mesh.mesh); !enough) return fail(enough.error());
     return inputs;
 }
@@ -262,8 +262,8 @@ Outcome<run::Inputs> inputs_of(const config::Pipeline& pipeline, Host& host, con
 
 Outcome<run::Run> execute(const config::Pipeline& specified, Written& written, const Fit& fit, Host host) {
     if (run::requested_blocks(specified))
-        return fail(ErrorKind::usage, "curving by blocks goes from file to file, in a run of its own", "/stages", {},
-                    "leave out blocks and memory of the stage curve");
+        return fail(ErrorKind::usage, "curving by blocks is only available in single runs from file to file", "/stages",
+                    {}, "leave out blocks and memory of the stage curve");
     if (auto outputs = check_outputs(files_of(specified.output)); !outputs) return fail(outputs.error());
     TimedSteps steps(specified, host);
     const StepWrapper around = steps.around();

@@ -23,7 +23,7 @@ import :requests;
 
 namespace camber::app {
 
-/// Reads a number that is the whole text; none if it is not.
+/// Parses the whole text as a number; none: it is not one.
 template <class T>
 [[nodiscard]] std::optional<T> number_in(std::string_view text) {
     T x{};
@@ -31,45 +31,42 @@ template <class T>
     return error == std::errc{} && end == text.data() + text.size() ? std::optional(x) : std::nullopt;
 }
 
-/// An error that says no place, as one of that file.
+/// Adds the file to an error without a location.
 Error of_file(Error error, const std::string& path);
 
-/// A file's mesh, by its content; a flat one as a plane mesh in 2D with its lift, and a notice of that, or as a
-/// surface.
+/// Reads a mesh file, whose format is detected from its content. A flat mesh becomes a 2D mesh with its lift and a
+/// notice, or a surface.
 Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const DecodeOptions& options,
                                const Execution& execution);
-/// With the default options.
 [[nodiscard]] inline Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat,
                                                     const Execution& execution) {
     return read_mesh(path, flat, {}, execution);
 }
 
-/// A solution file for a mesh that was read: of a flat one's in space, what it says of directions in the plane.
+/// Reads a solution file for this mesh. For a flat mesh in space, directions are reduced to the plane.
 Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::string& path,
                                            const Execution& execution);
 
-/// Reads the geometry of a config: a CAD model, or another mesh, unless that is in memory.
+/// Reads the geometry of a config (CAD model or mesh), unless it is in memory.
 Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution,
                                            const MemoryInputs& specified = {});
 
 using run::Fit;
 
-/// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs
-/// and adds them to those written. `fit`, if there is one, is asked once the input is read. Outputs with names of
-/// values in memory are not written: the run has them.
+/// Executes the run of a config: reads or generates the input, runs the stages with clocks and progress, and writes the
+/// outputs, which `written` collects. `fit`, if set, is called with the input. Outputs named after values in memory are
+/// not written; the run contains them.
 Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written, const Fit& fit = {}, Host host = {});
 
-/// Runs the steps of a run with clocks and progress.
 class TimedSteps {
   public:
-    /// The arguments must outlive it.
+    /// The arguments must outlive this object.
     TimedSteps(const config::Pipeline& pipeline, Host& host)
         : pipeline_(pipeline), host_(host), progress_(std::move(host.progress)) {}
 
     [[nodiscard]] StepWrapper around();
     [[nodiscard]] Progress& progress() { return progress_; }
-    /// Adds what is common to the reports of all runs: times, threads, origin. `origin` and the mesh are those of the
-    /// input.
+    /// Adds times, threads and origin, which all reports have. `origin` and the mesh are those of the input.
     void add_to(run::Report& report, run::OriginReport origin);
 
   private:
@@ -79,75 +76,73 @@ class TimedSteps {
     std::vector<run::StageTime> times_;  ///< one per name
 };
 
-/// Describes the beginning of a run.
 [[nodiscard]] run::OriginReport origin_of(const config::Pipeline& pipeline, const run::PlanSize& mesh);
-/// Writes the report of a run, if the pipeline names a file, on the first rank.
+/// Writes the report on the first rank if the pipeline names a file.
 [[nodiscard]] Outcome<Done> write_report(const run::Report& report, const config::Output& files, const Host& host,
                                          Written& written);
-/// Completes an error of a run that names no place: the place is the input.
+/// Adds the input to an error without a location.
 [[nodiscard]] Error of_input(Error error, const config::Pipeline& pipeline);
 
-/// The plan of `execute` as text: reads or generates the input, checks the outputs, writes nothing.
+/// Returns the plan of `execute` as text. Reads or generates the input and checks the outputs, but writes nothing.
 Outcome<std::string> plan(const config::Pipeline& pipeline, const Fit& fit = {});
 
-/// Checks that all outputs can be written. Errors: usage, an ending; write.
+/// Checks that all outputs can be written. Errors: usage (an ending), write.
 Outcome<Done> check_outputs(const config::Output& output);
 
-/// True if the text of a solution names a file, by its ending or as it exists; otherwise it is an expression.
+/// True if the text names a file, by its ending or because it exists; otherwise it is an expression.
 [[nodiscard]] bool names_a_file(const std::string& text);
-/// True if the ending is that of a format of solutions.
 [[nodiscard]] bool is_solution_file(std::string_view path);
 
-/// The format of a mesh that is written: the one of that name, or else by the path's ending, where `source` says of
-/// which format the input is (see format_to_rewrite); standard output has no ending. Errors: usage.
+/// Returns the format with this name, or else by the path's ending. If formats share the ending, `source`, the input's
+/// format, decides (see format_to_rewrite). Standard output has no ending. Errors: usage.
 [[nodiscard]] Outcome<const MeshFormat*> format_of_mesh(const std::string& path, std::string_view name,
                                                         std::string_view source = {});
 [[nodiscard]] Outcome<const SolutionFormat*> format_of_solution(const std::string& path, std::string_view name);
 
-/// The mesh in this format; the fields only where that has place for them.
+/// Writes the mesh, and its fields if the format stores fields.
 [[nodiscard]] Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields,
                                        EncodeOptions options, const std::string& path, const Execution& execution);
-/// The same in a format for viewers; a flat mesh of one with three coordinates where it was. Whether that can be is
-/// asked before the work; an empty path: nothing is to be written. Errors: usage.
+/// Writes the mesh in a format for viewers, a flat mesh at its position in space. An empty path: nothing is written.
+/// `check_viewer_output` checks the path before the work. Errors: usage.
 [[nodiscard]] Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::optional<Lift>& lift,
                                               const std::string& path, const Execution& execution);
 [[nodiscard]] Outcome<Done> check_viewer_output(const std::string& path);
 [[nodiscard]] Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solution,
                                            const std::string& path, const Execution& execution);
 
-/// Reports names of fields that are others in files of this format.
+/// Reports names of fields that the format changes.
 void report_renames(const MeshFormat& format, const MeshFields& fields);
 
-/// Gives the mesh the names of references that it had before it was in a file without any.
+/// Restores the names of references that the mesh lost in a file without names.
 void name_references(AnyMesh& mesh, const run::Groups& groups);
 
-/// The bound of a stream that should be a mesh: a quarter of the memory if it begins as a format does; that of a text
-/// if its name alone says so; none is read that does neither.
+/// Size limit for a mesh read from a stream. If it begins like a mesh format: a quarter of the memory. If only its name
+/// suggests one: the limit of texts. Otherwise nothing is read.
 [[nodiscard]] StreamBound bound_of_mesh(const std::string& path);
 
-/// A solution file's content, in whichever format it is.
+/// Reads a solution file of any format.
 [[nodiscard]] Outcome<DecodedSolution> read_solution(const std::string& path, const Execution& execution);
 
 [[nodiscard]] Outcome<Done> write_text(const std::string& path, std::string_view text);
 
-/// The files that plots in a folder may become, one a quantity. The folder is made where its own is there.
+/// Returns the possible plot files of a folder, one for each quantity. The folder is created if its parent exists.
 [[nodiscard]] std::vector<std::string> plot_files(const std::string& folder);
 [[nodiscard]] Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder,
                                         Written& written);
 
 enum class Role : std::uint8_t { input, input_mesh, output_mesh, output };
 
-/// A file that a verb reads or writes.
+/// File that a verb reads or writes.
 struct NamedFile {
-    std::string path, word;  ///< the word by which it was named: an option, or a place in the config
+    std::string path, word;  ///< word: the option or config key that named the file
     Role role;
 };
 
-/// Checks that every path is possible or empty, and that no output is an input or another output, by any path or link.
-/// With `force` the mesh that is written may replace the one that is read. Called before any work. Errors: usage.
+/// Checks that each path is empty or valid, and that no output is an input or another output, also by links. With
+/// `force` the output mesh may replace the input mesh. Called before any work. Errors: usage.
 [[nodiscard]] Outcome<Done> check_named_files(const std::vector<NamedFile>& files, bool force = false);
 
-/// The words by which the files of a pipeline are named.
+/// Words that messages use for the files of a pipeline.
 struct PipelineWords {
     const char *input, *solution, *metric, *cad, *geometry, *mesh, *vtu, *plots, *report, *page;
 };
@@ -161,59 +156,58 @@ inline constexpr PipelineWords words_of_config{"/input/mesh",    "/solution/file
 
 }  // namespace camber::app
 
-/// Fields of a solution on a mesh, from and to files.
+/// Reads and writes fields of a solution on a mesh.
 namespace camber::app {
 
 using run::NamedField;
 
-/// The fields of numbers at the nodes of a mesh that was read with them. Notices of those that are left out.
+/// Returns the floating-point fields at the nodes of a mesh, with notices of omitted fields.
 [[nodiscard]] std::vector<NamedField> fields_at_nodes(const DecodedMesh& mesh, std::vector<Notice>& notices);
 
-/// The fields of a solution file, or of a mesh file at its nodes, on that mesh: at its vertices, or at all nodes that
-/// it has in degree 2. On a straight mesh the rows of the edges' nodes come after those of the vertices, in the order
-/// of (lower vertex, higher vertex). Fields of a solution file are called field_1 and so on. `only`: the names of those
-/// that are wanted; empty: all. Errors (input): rows that are not those of the mesh, a mesh that is another one, no
-/// field at nodes; (usage): a name that it does not have.
+/// Reads the fields of a solution or mesh file for this mesh, at the vertices or at all nodes of degree 2. On a
+/// straight mesh, rows of edge nodes follow those of the vertices, ordered by (lower vertex, higher vertex). Fields of
+/// a solution file are named field_1, field_2, …. `only`: names of the requested fields; empty: all. Errors: input
+/// (wrong number of rows, another mesh, no field at nodes); usage (unknown name).
 [[nodiscard]] Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, const std::string& path,
                                                                  const std::vector<std::string>& only,
                                                                  std::vector<Notice>& notices,
                                                                  const Execution& execution);
 
-/// A metric of that mesh, by its vertices or all nodes: a solution file's rows, or of a mesh file with the same nodes
-/// the field `metric`, or else its only tensor, or else its only number, a size. Errors: those of reading; (input) a
-/// mesh file without such a field.
+/// Reads a metric of this mesh, at its vertices or all nodes, from a solution file or a mesh file with the same nodes.
+/// In a mesh file it is the field `metric`, or else the only tensor, or else the only scalar, a size. Errors: those of
+/// reading; input (a mesh file without such a field).
 [[nodiscard]] Outcome<run::RowsByNodes> read_metric_rows(const DecodedMesh& mesh, const std::string& path,
                                                          std::vector<Notice>& notices, const Execution& execution);
 
-/// Metric files of that mesh, rows at its vertices. Errors: those of reading.
+/// Reads metric files of this mesh, with rows at its vertices. Errors: those of reading.
 [[nodiscard]] Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
                                                                       const std::vector<config::FilePath>& files,
                                                                       std::vector<Notice>& notices,
                                                                       const Execution& execution);
 
-/// Writes fields to a solution file, with rows as the mesh's file counts its nodes, or with the mesh to a format that
-/// has fields: the format of that name, else that of the ending, where the mesh's own goes by it that one. Errors: an
-/// ending that is none of these (usage); those of writing.
+/// Writes fields to a solution file, with rows in the node order of the mesh file, or with the mesh if the format
+/// stores fields. The format is the named one, else that of the ending; if formats share the ending, that of the input
+/// mesh. Errors: usage (unknown ending); those of writing.
 [[nodiscard]] Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
                                                const std::string& path, std::string_view format,
                                                const Execution& execution);
-/// The same with the mesh, in this format; fields only where it has a place for them.
+/// Writes the mesh in this format, and its fields if the format stores fields.
 [[nodiscard]] Outcome<Done> write_with_mesh(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
                                             const MeshFormat& format, const std::string& path,
                                             const Execution& execution);
-/// Check before the work that this is possible, and that the format has a place for such fields. Errors: usage.
+/// Checks before the work that fields can be written to the path, and that the format stores fields of this kind.
+/// Errors: usage.
 [[nodiscard]] Outcome<Done> check_fields_output(const std::string& path, std::string_view format);
 [[nodiscard]] Outcome<Done> check_place_for(const std::string& path, std::string_view format, FieldKind kind);
 
-/// The folder of all cycles, and within it one of each: a cycle's is made as a part, and has its name once all of it is
-/// there.
+/// Folder of all cycles, with a folder for each. A cycle's folder gets its name when it is complete.
 class CycleFolders {
   public:
-    /// In a place that is kept: new, or with its cycles up to `last` and their table. Errors: usage, there are cycles
-    /// already, or none to go on from; input, the table; write.
+    /// A permanent folder: a new one, or one with its cycles up to `last` and their table. Errors: usage (there are
+    /// cycles already, or none to continue); input (the table); write.
     [[nodiscard]] static Outcome<CycleFolders> anew(const std::string& folder);
     [[nodiscard]] static Outcome<CycleFolders> continued(const std::string& folder, int last);
-    /// Beside a file, and gone in the end.
+    /// A temporary folder next to a file, removed at the end.
     [[nodiscard]] static Outcome<CycleFolders> passing(const std::string& beside);
 
     CycleFolders(const CycleFolders&) = delete;
@@ -225,15 +219,15 @@ class CycleFolders {
     [[nodiscard]] bool is_permanent() const { return is_permanent_; }
     [[nodiscard]] const std::string& path() const { return path_; }
     [[nodiscard]] const std::vector<run::CycleRow>& rows() const { return rows_; }
-    /// Names of references of the first mesh.
+    /// Names of the first mesh's references.
     [[nodiscard]] const run::Groups& groups() const { return groups_; }
 
-    /// An empty folder for a cycle that is being made.
+    /// Creates the empty folder of an unfinished cycle.
     [[nodiscard]] Outcome<std::string> part_of_cycle(int cycle) const;
     [[nodiscard]] std::string of_cycle(int cycle) const;
-    /// The part becomes the folder of the last cycle, and its table and series are written.
+    /// Renames the unfinished folder to that of the last cycle, and writes table and series.
     [[nodiscard]] Outcome<Done> add(std::span<const run::CycleRow> rows, const std::string& view);
-    /// Stores the names beside the cycles, whose files may have no place for them. Errors: write.
+    /// Stores the names next to the cycles, whose files may not support names. Errors: write.
     [[nodiscard]] Outcome<Done> store_groups(run::Groups groups);
 
   private:
@@ -245,23 +239,23 @@ class CycleFolders {
     run::Groups groups_;
 };
 
-/// Options of cycles beside the config.
+/// Options of cycles that are not in the config.
 struct CyclesChoice {
-    std::optional<int> from;  ///< the cycle of an earlier run that they go on from; none: they begin anew
-    int degree = 0;           ///< that the mesh is to have; 0: any
+    std::optional<int> from;  ///< cycle of an earlier run to continue after; none: a new run
+    int degree = 0;           ///< required degree of the mesh; 0: any
 };
 
-/// Runs a config's cycles, whose files are named so: prints their table as it comes to be, and returns the exit code.
-/// The outputs are those of the last cycle after every cycle. With `dry_run` prints the plan of a cycle.
+/// Runs the cycles of a config, prints their table row by row, and returns the exit code. After each cycle the outputs
+/// are those of this cycle. With `dry_run` prints the plan of one cycle. `files`: paths with the names for messages.
 [[nodiscard]] Outcome<int> run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
                                               const CyclesChoice& choice, bool dry_run);
 
-/// All that a run takes from files, or a generated mesh; what is given in memory from there. Errors: those of reading;
-/// what the config says of files that are not there (usage).
+/// Reads the inputs of a run from files or memory, or generates the mesh. Errors: those of reading; usage (options for
+/// missing files).
 [[nodiscard]] Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const MemoryInputs& specified,
                                                const Execution& execution);
 
-/// Steps of a verb, which are shown while they run, and which the host may stop.
+/// Runs steps of a verb with progress. The host may stop them.
 struct ShownSteps {
     explicit ShownSteps(int threads, const Host& host = {})
         : progress(host.progress), around(steps_shown(progress, {.threads = threads, .stop = host.stop})) {}
@@ -277,49 +271,46 @@ struct ShownSteps {
 
 }  // namespace camber::app
 
-/// Outputs in parts, by rows of ranks, and pages.
+/// Writes outputs in parts, by rows of ranks, and pages.
 namespace camber::app {
 
-/// True if a pipeline runs by blocks: it specifies their size, or several ranks share it.
+/// True if a pipeline runs by blocks: it specifies their size, or runs on several ranks.
 [[nodiscard]] bool runs_by_blocks(const config::Pipeline& pipeline, const Host& host);
 
-/// Runs a pipeline by blocks on all ranks of the host, and writes its outputs. Of several ranks each reads the rows of
-/// a binary .meshb that it works on, and writes its own at their offsets; other formats are read as a whole. The mesh
-/// of the result is empty: it is in the file.
+/// Runs a pipeline by blocks on all ranks of the host and writes its outputs. If there are several ranks, each reads
+/// its rows of a binary .meshb and writes its rows at their offsets. Other formats are read as a whole. The returned
+/// mesh is empty, since it is in the file.
 [[nodiscard]] Outcome<run::Run> execute_by_blocks(const config::Pipeline& pipeline, Written& written, Host host);
 
-/// True if the path is that of a file that names its pieces (.pvtu): it is written in parts only.
+/// True for a file that lists its pieces (.pvtu). It is only written in parts.
 [[nodiscard]] bool names_its_pieces(const std::string& path);
-/// The error of such a file without a number of parts.
+/// Returns the error for such a file without a number of parts.
 [[nodiscard]] Outcome<Done> missing_partition_error(const std::string& path);
-/// The format of the files that are written there in parts: that of that name, else by the ending; of a .pvtu VTU.
-/// Errors: usage.
+/// Returns the format of the parts: the named one, else by the ending; VTU for a .pvtu. Errors: usage.
 [[nodiscard]] Outcome<const MeshFormat*> format_of_parts(const std::string& path, const std::string& name);
 
-/// Output of a mesh in parts.
 struct PartedOutput {
     std::string path;
     std::size_t parts = 0;
     EncodeOptions options = {};
 };
 
-/// The mesh in so many parts for a solver, each a file `OUT.1.EXT` … with its nodes' and cells' numbers in the whole as
-/// fields (global_nodes, global_cells; from 1), where the format has fields. A .pvtu names them; of other formats the
-/// whole is written beside them, with the field `partition` of its cells. Errors: usage, unsupported, write, memory,
-/// stopped.
+/// Writes the parts of a mesh for a solver, as files `OUT.1.EXT`, …. If the format stores fields, global_nodes and
+/// global_cells are the numbers in the whole mesh (from 1). A .pvtu lists the parts. In other formats the whole mesh is
+/// written too, with the field `partition` on its cells. Errors: usage, unsupported, write, memory, stopped.
 [[nodiscard]] Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh,
                                            const PartedOutput& output, Written& written, const Execution& execution);
 
-/// Writes the parts that ranks have of a mesh (of `whole` rows) as pieces that a .pvtu names: all ranks call it.
-/// Returns the names of the pieces. Errors, of any rank: usage, write, memory, stopped.
+/// Writes the ranks' parts of a mesh with `whole` rows as pieces of a .pvtu. Collective. Returns the names of the
+/// pieces. Errors, of any rank: usage, write, memory, stopped.
 template <class Mesh>
 [[nodiscard]] Outcome<std::vector<std::string>> write_parts_of_ranks(Ranks& ranks, const RowCounts& whole,
                                                                      const PartsOfRank<Mesh>& own,
                                                                      const PartedOutput& output,
                                                                      const Execution& execution);
 
-/// The same of a binary .meshb that several ranks read, into a .pvtu whose pieces each of them writes some
-/// of: all ranks call it. The names of the pieces. Errors: of any rank; usage, unsupported.
+/// Converts a binary .meshb that several ranks read to a .pvtu; each rank writes some pieces. Collective. Returns the
+/// names of the pieces. Errors, of any rank: usage, unsupported.
 [[nodiscard]] Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input,
                                                                         const PartedOutput& output,
                                                                         const Execution& execution);
@@ -328,54 +319,54 @@ template <class Mesh>
 
 namespace camber::app {
 
-/// A mesh to be curved: rows that are read as they are asked for, or those of a mesh in memory.
+/// Mesh to curve: rows read on request, or a mesh in memory.
 template <int D>
 struct Opened {
     std::unique_ptr<MeshRows<D>> rows;
-    std::optional<LinearMesh<D>> mesh = {};  ///< in memory, in the order to work in
-    std::optional<BetterOrder> order = {};   ///< how that came of the file's
+    std::optional<LinearMesh<D>> mesh = {};  ///< in memory, in processing order
+    std::optional<BetterOrder> order = {};   ///< from the file's order to the processing order
     std::optional<Lift> lift = {};
 };
 
-/// A file whose rows several read: none of it is held. Errors: input; unsupported where it is of the other dimension.
+/// Opens a file whose rows several ranks read on request. Errors: input; unsupported (another dimension).
 template <int D>
 [[nodiscard]] Outcome<Opened<D>> mapped(const std::string& path);
 
-/// The same of a file of degree 2. All ranks call it. Errors: of any rank; unsupported where it is of another form than
-/// QuadraticRows takes.
+/// Opens a file of degree 2 in this way. Collective. Errors, of any rank: those of the file; unsupported (a form that
+/// QuadraticRows does not support).
 template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<QuadraticRows<D>>> mapped_quadratic(const std::string& path, Ranks& ranks);
 
-/// The simplices of a binary file. Errors: input.
+/// Returns the simplices of a binary file. Errors: input.
 [[nodiscard]] Outcome<GmfShape> shape_of_file(const std::string& path);
 
-/// A mesh of degree 1 in memory, made sound, in an order in which what is near is near.
+/// Repairs the defects of a straight mesh and reorders it, so that close elements have close numbers.
 template <int D>
 [[nodiscard]] Outcome<Opened<D>> prepared(Mesh<D> specified, std::vector<std::string>& notices,
                                           const Execution& execution);
 
-/// Form of the input mesh of a run as a file.
+/// Properties of the file of the input mesh.
 struct InputForm {
     std::string_view format = {};
-    bool is_always_3d = false;      ///< its format has no plane
-    std::optional<Lift> lift = {};  ///< of a flat one: back to its plane
+    bool is_always_3d = false;      ///< the format has no 2D meshes
+    std::optional<Lift> lift = {};  ///< maps a flat mesh back to its plane in space
 };
 
-/// Writes the files of a run that the config names, and adds them to those written; but for the report, which tells
-/// also what writing them cost. All ranks ask: rows are written by all, what all have by the first.
-/// Errors: usage, an ending; write.
+/// Writes the files of a run that the config names, except the report, which includes the time of writing. `written`
+/// collects them. Collective: all ranks write rows; the first writes data that all have. Errors: usage (an ending),
+/// write.
 Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const InputForm& input,
                             const StepWrapper& around, Written& written, const Host& host);
 
-/// Checks that the file of a page ends in .html, before the work is done. Errors: usage.
+/// Checks before the work that a page's file ends in .html. Errors: usage.
 [[nodiscard]] Outcome<Done> check_page(const std::string& path);
 
-/// A page of a mesh that was checked; `source` without title, version and command; `mesh`: its path, which names
-/// the page. Errors: those of `run::page` and of writing.
+/// Writes the page of a checked mesh. `source`: without title, version and command. `mesh`: path of the mesh, for the
+/// title. Errors: those of `run::page` and of writing.
 [[nodiscard]] Outcome<Done> write_page(run::PageSource source, const std::string& mesh, const std::string& path,
                                        const run::PageOptions& options, const Execution& execution);
 
-/// Reads the texts of the arguments. Errors: usage.
+/// Parses the options of a picture. Errors: usage.
 [[nodiscard]] Outcome<run::PictureChoice> choice_of(const PictureArguments& arguments);
 
 }  // namespace camber::app

@@ -1,4 +1,4 @@
-// Meshes, solutions and fields from and to files
+// Reads and writes meshes, solutions and fields
 module;
 #include <algorithm>
 #include <array>
@@ -27,7 +27,7 @@ namespace camber::app {
 
 namespace {
 
-/// The share of the time that making the bytes of a file takes, and making something of them: the rest is the disk's.
+/// Fractions of the time for encoding and decoding; the rest is the disk's.
 constexpr double of_encoding = 0.3, of_decoding = 0.5;
 
 Outcome<Done> write_chunks(const Outcome<Chunks>& chunks, const std::string& path, const Execution& execution) {
@@ -40,7 +40,7 @@ Outcome<Done> write_chunks(const Outcome<Chunks>& chunks, const std::string& pat
     return write_file(path, parts, part_of(execution, of_encoding, 1));
 }
 
-/// `refuse(beginning)`: the decoder, whose error names a beginning that is of no format.
+/// `refuse(beginning)`: the decoder. Its error for an unknown beginning names that beginning.
 template <class Format, class Refuse>
 StreamBound bound_by(std::span<const Format> formats, const std::string& path, Refuse refuse) {
     return [=](std::span<const std::byte> beginning) -> Outcome<std::size_t> {
@@ -51,11 +51,11 @@ StreamBound bound_by(std::span<const Format> formats, const std::string& path, R
     };
 }
 
-/// Standard output has no ending that could tell a format.
+/// Standard output has no ending that determines a format.
 template <class Format>
 Outcome<Done> check_has_format(std::span<const Format> formats, const std::string& path, std::string_view name) {
     if (path != standard_stream || !name.empty()) return Done{};
-    return fail(ErrorKind::usage, "has no ending that tells a format", called_output(path), {},
+    return fail(ErrorKind::usage, "has no ending that determines the format", called_output(path), {},
                 "give --format, one of " + listed(writable_formats(formats)));
 }
 
@@ -127,8 +127,7 @@ Outcome<Done> check_viewer_output(const std::string& path) {
     const auto format = format_to_write(mesh_formats(), path);
     if (!format) return fail(format.error());
     if (!(*format)->for_viewers)
-        return fail(ErrorKind::usage, "the mesh with its fields goes into a format for viewers", path, {},
-                    "name a .vtu file");
+        return fail(ErrorKind::usage, "is not in a format for viewers", path, {}, "name a .vtu file");
     return check_writable(path);
 }
 
@@ -150,21 +149,21 @@ Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::opti
 
 namespace {
 
-/// True if the output is a solution alone: by the name of the format, or by the ending.
+/// True if the output is a solution without a mesh, by the name of the format or the ending.
 bool is_solution_output(const std::string& path, std::string_view name) {
     return name.empty() ? is_solution_file(path) : format_with_name(solution_formats(), name) != nullptr;
 }
 
-/// Nodes of a mesh.
+/// Numbers of nodes of a mesh.
 struct Nodes {
-    std::size_t vertices = 0, edges = 0;  ///< edges: 0 of a straight mesh
+    std::size_t vertices = 0, edges = 0;  ///< edges: 0 for a straight mesh
     int dimension = 3;
 };
 Nodes nodes_of(const AnyMesh& mesh) {
     return std::visit([]<int D>(const Mesh<D>& m) { return Nodes{m.points.size(), m.edge_nodes.size(), D}; }, mesh);
 }
 
-/// Returns true if two files have the same vertices, and the same edges where the second has nodes on them.
+/// Returns true if both meshes have the same vertices, and the same edges if the second has nodes on them.
 Outcome<bool> have_same_nodes(const AnyMesh& a, const AnyMesh& b, const Execution& execution) {
     return std::visit(
         [&]<int A, int B>(const Mesh<A>& x, const Mesh<B>& y) -> Outcome<bool> {
@@ -182,7 +181,7 @@ Outcome<bool> have_same_nodes(const AnyMesh& a, const AnyMesh& b, const Executio
         a, b);
 }
 
-/// Columns begin … begin + width of rows that are `stride` long.
+/// Returns the columns [begin, begin + width) of rows with `stride` values.
 TransferField columns_of(const Column<double>& rows, std::size_t stride, std::size_t begin, std::size_t width,
                          int degree) {
     Buffer<double> values(rows.size() / stride * width, 0.0);
@@ -201,8 +200,9 @@ Outcome<std::vector<NamedField>> of_solution(const DecodedMesh& mesh, const std:
     const Solution& solution = sorted->solution;
     const Nodes nodes = nodes_of(mesh.mesh);
     if (solution.dimension != nodes.dimension)
-        return fail(ErrorKind::input, fmt::format("is in {}D, the mesh in {}D", solution.dimension, nodes.dimension),
-                    path, {}, "give the solution of this mesh");
+        return fail(ErrorKind::input,
+                    fmt::format("is in {}D, but the mesh is in {}D", solution.dimension, nodes.dimension), path, {},
+                    "give the solution of this mesh");
     bool is_at_nodes = sorted->is_at_nodes;
     if (!is_at_nodes && solution.rows != nodes.vertices) {
         const auto all = run::nodes_in_degree_2(mesh.mesh, without_progress(execution));
@@ -210,7 +210,7 @@ Outcome<std::vector<NamedField>> of_solution(const DecodedMesh& mesh, const std:
         is_at_nodes = nodes.edges == 0 && solution.rows == *all;
         if (!is_at_nodes)
             return fail(ErrorKind::input,
-                        fmt::format("has {} rows, the mesh {} vertices and {} nodes in degree 2", solution.rows,
+                        fmt::format("has {} rows, but the mesh has {} vertices, or {} nodes in degree 2", solution.rows,
                                     nodes.vertices, *all),
                         path, {}, "give the solution of this mesh");
     }
@@ -235,7 +235,7 @@ Outcome<std::vector<NamedField>> of_mesh_file(const DecodedMesh& mesh, const std
     if (!is_same) return fail(is_same.error());
     if (!*is_same)
         return fail(ErrorKind::input, "is a solution on another mesh", path, {},
-                    "give its mesh as the input; camber transfer brings fields from one mesh to another");
+                    "give its mesh as the input, or use camber transfer");
     return fields_at_nodes(*other, notices);
 }
 
@@ -243,7 +243,7 @@ bool is_tensor(const NamedField& field) {
     return field.kind == FieldKind::symmetric_tensor || field.kind == FieldKind::full_tensor;
 }
 
-/// The field that is meant as a metric; null: none, or several could be.
+/// Returns the field to use as a metric; null: none, or several candidates.
 const NamedField* metric_among(const std::vector<NamedField>& fields) {
     const auto only = [&](const auto& could_be) -> const NamedField* {
         const auto first = std::ranges::find_if(fields, could_be);
@@ -256,7 +256,7 @@ const NamedField* metric_among(const std::vector<NamedField>& fields) {
     return only(is_size);
 }
 
-/// As a solution file has them; of a full tensor its symmetric part.
+/// Returns rows as a solution file stores them. A full tensor is reduced to its symmetric part.
 run::RowsByNodes as_rows(const NamedField& field, int dimension) {
     const auto width = static_cast<std::size_t>(field.field.components);
     const auto n = static_cast<std::size_t>(dimension);
@@ -275,13 +275,13 @@ run::RowsByNodes as_rows(const NamedField& field, int dimension) {
     return {std::move(out), field.field.degree == 2};
 }
 
-/// Values of fields at the same nodes: a column a field.
+/// Values of fields at common nodes, one column for each field.
 struct ColumnsAtNodes {
     std::vector<Column<double>> columns = {};
     std::size_t nodes = 0;
     bool at_all_nodes = false;
 };
-/// All nodes if a field of a mesh of degree 2 is of degree 2, or if all fields of a straight mesh are; else its
+/// Uses all nodes if a field of a quadratic mesh, or all fields of a straight mesh, have degree 2; otherwise the
 /// vertices.
 ColumnsAtNodes columns_at_nodes(const AnyMesh& mesh, const std::vector<NamedField>& fields) {
     const Nodes nodes = nodes_of(mesh);
@@ -302,8 +302,8 @@ ColumnsAtNodes columns_at_nodes(const AnyMesh& mesh, const std::vector<NamedFiel
     return out;
 }
 
-/// A row a node of the file that the mesh is from: of its vertices alone where all fields are of degree 1. On a
-/// straight mesh fields of degree 2 have a row a vertex, then one an edge.
+/// Returns one row for each node of the mesh file, or for each vertex if all fields have degree 1. On a straight mesh,
+/// fields of degree 2 have rows of the vertices, then of the edges.
 Solution solution_in_order(const DecodedMesh& mesh, const std::vector<NamedField>& fields) {
     const ColumnsAtNodes at = columns_at_nodes(mesh.mesh, fields);
     Solution out{.dimension = nodes_of(mesh.mesh).dimension};
@@ -315,7 +315,7 @@ Solution solution_in_order(const DecodedMesh& mesh, const std::vector<NamedField
     const std::size_t width = row_width(out);
     Buffer<double> values(out.rows * width, 0.0);
     for (std::size_t n = 0; n < at.nodes; ++n) {
-        if (number(n) == 0) continue;  // an edge without a node in the file
+        if (number(n) == 0) continue;  // the edge has no node in the file
         double* to = values.data() + (number(n) - 1) * width;
         for (std::size_t f = 0; f < fields.size(); ++f) {
             const auto w = static_cast<std::size_t>(fields[f].field.components);
@@ -332,15 +332,15 @@ std::vector<NamedField> fields_at_nodes(const DecodedMesh& mesh, std::vector<Not
     const Nodes nodes = nodes_of(mesh.mesh);
     std::vector<NamedField> fields;
     const auto leave_out = [&](const MeshField& field, const char* reason) {
-        notices.push_back({fmt::format("the field {} is left out: {}", field.name, reason)});
+        notices.push_back({fmt::format("the field {} is omitted: {}", field.name, reason)});
     };
     for (const MeshField& field : mesh.fields) {
         const auto* const values = std::get_if<Column<double>>(&field.values);
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, nodes.dimension));
         if (field.centring != Centring::node)
-            leave_out(field, "it is at cells");
+            leave_out(field, "its values are at cells");
         else if (values == nullptr)
-            leave_out(field, "whole numbers are no solution");
+            leave_out(field, "its values are integers, not a solution");
         else
             fields.push_back({field.name, field.kind,
                               columns_of(*values, width, 0, width, values->size() / width > nodes.vertices ? 2 : 1)});
@@ -355,7 +355,7 @@ Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, cons
                                          : of_mesh_file(mesh, path, notices, execution);
     if (!fields) return fields;
     if (fields->empty())
-        return fail(ErrorKind::input, "has no field at nodes", path, {}, "camber info tells what a file has");
+        return fail(ErrorKind::input, "has no field at nodes", path, {}, "list the fields of a file with camber info");
     return run::named(std::move(*fields), only, path);
 }
 
@@ -368,14 +368,14 @@ Outcome<run::RowsByNodes> read_metric_rows(const DecodedMesh& mesh, const std::s
         notices.insert(notices.end(), decoded->notices.begin(), decoded->notices.end());
         return run::rows_by_nodes(std::move(decoded->solution), mesh, without_progress(execution));
     }
-    std::vector<Notice> of_others;  // fields that are no metric
+    std::vector<Notice> of_others;  // about fields that are not the metric
     const auto fields = of_mesh_file(mesh, path, of_others, execution);
     if (!fields) return fail(fields.error());
     const NamedField* const field = metric_among(*fields);
     if (field == nullptr)
         return fail(
             ErrorKind::input, "has no metric at its nodes", path, {},
-            "give a file with a field of the name metric, or one tensor or size: camber info tells what it has");
+            "give a file with a field named metric, or with only one tensor or size; list its fields with camber info");
     return as_rows(*field, nodes_of(mesh.mesh).dimension);
 }
 
@@ -396,7 +396,7 @@ Outcome<Done> check_fields_output(const std::string& path, std::string_view name
     const auto format = format_of_mesh(path, name);
     if (!format) return fail(format.error());
     if ((*format)->has_fields) return Done{};
-    return fail(ErrorKind::usage, "the format has no place for fields", path, {},
+    return fail(ErrorKind::usage, "the format cannot store fields", path, {},
                 "give a file that ends in " + listed(writable_extensions(solution_formats())) + " or .vtu");
 }
 
@@ -406,7 +406,7 @@ Outcome<Done> check_place_for(const std::string& path, std::string_view name, Fi
     const MeshFormat* const format = found ? *found : nullptr;
     if (format == nullptr || !format->can_store || format->can_store({"field", Centring::node, kind, {}}))
         return Done{};
-    return fail(ErrorKind::usage, "the format has no place for tensors at nodes", path, {},
+    return fail(ErrorKind::usage, "the format cannot store tensors at nodes", path, {},
                 "give a file that ends in " + listed(writable_extensions(solution_formats())) + " or .vtu");
 }
 

@@ -24,7 +24,7 @@ namespace camber::app {
 
 namespace {
 
-/// True if the argument is a file's path: no JSON, and with an ending or a folder.
+/// True if the argument is the path of a file: not JSON, and with an ending or a folder.
 bool names_file(std::string_view text) {
     return text.find_first_of("{\"") == std::string_view::npos && text.find_first_of("./\\") != std::string_view::npos;
 }
@@ -54,19 +54,19 @@ double expected(const config::Shape& shape) {
     return std::visit([](const auto& options) { return expected_elements(options); }, shape);
 }
 
-/// A number of elements for people: 20000000, 1.5e+09.
+/// Formats a number of elements: 20000000, 1.5e+09.
 std::string count_text(double elements) { return fmt::format("{:.8g}", std::round(elements)); }
 
-/// The shape in about so many elements. Errors: usage (its layers alone are twice as many).
+/// Returns the shape with approximately this number of elements. Errors: usage (its layers alone have twice as many).
 Outcome<config::Shape> with_count(const config::Shape& shape, double elements) {
     config::Shape scaled =
         std::visit([&](const auto& options) { return config::Shape(with_elements(options, elements)); }, shape);
     const double nearest = expected(scaled);
     const auto off_by = [&](double factor) { return nearest > factor * elements || nearest < elements / factor; };
     const std::string what =
-        "comes in steps: " + count_text(nearest) + " elements are nearest to " + count_text(elements);
+        "is available in steps: " + count_text(nearest) + " elements are closest to " + count_text(elements);
     if (off_by(2))
-        return fail(ErrorKind::usage, what, config::name_of(shape), {}, "ask for more, or give it fewer layers");
+        return fail(ErrorKind::usage, what, config::name_of(shape), {}, "increase --elements, or use fewer layers");
     if (off_by(1.2)) print_note(config::name_of(shape) + " " + what);
     return scaled;
 }
@@ -80,32 +80,35 @@ bool is_unstructured(const config::Shape& shape) {
         shape);
 }
 
-/// Estimated memory of the whole mesh (bytes).
+/// Estimates the memory of the whole mesh (bytes).
 double needed_memory(const config::Shape& shape) {
-    // Peaks of 10^6 elements, of any format, were below this: 30 to 90 bytes for prisms and lattices, 210 for Delaunay.
+    // Peaks for 10^6 elements were below this in all formats. Per element: 30 to 90 bytes for prisms and lattices, 210
+    // for Delaunay.
     constexpr double program = 1e7;
     return program + (is_unstructured(shape) ? 220 : 100) * expected(shape);
 }
 
-/// Refused before the work begins: what the machine cannot hold.
+/// Rejects meshes that exceed the machine's memory.
 Outcome<Done> check_memory(const config::Shape& shape) {
-    if (!(expected(shape) < static_cast<double>(max_entities))) return Done{};  // the generator says why not
+    if (!(expected(shape) < static_cast<double>(max_entities))) return Done{};  // the generator reports this error
     const double needed = needed_memory(shape);
     const MemoryLimit limit = memory_limit();
     if (!(needed > static_cast<double>(limit.bytes))) return Done{};
     return fail(ErrorKind::memory,
                 fmt::format("{} elements need about {} of memory, and {} gives {}", count_text(expected(shape)),
                             readable(static_cast<std::size_t>(needed)), limit.source, readable(limit.bytes)),
-                config::name_of(shape), {}, "give it more, or ask for fewer: --elements");
+                config::name_of(shape), {}, "provide more memory, or reduce --elements");
 }
 
-/// Warns of shells that are slow to generate.
+/// Warns about shells that take long to generate.
 void warn_of_time(const config::Shape& shape) {
     constexpr double per_second = 65000, noticed = 60;
     const double seconds = expected(shape) / per_second;
     if (is_unstructured(shape) && seconds > noticed)
-        print_note(fmt::format("unstructured takes about {:.0f} s for {} elements; --structure prisms some seconds",
-                               seconds, count_text(expected(shape))));
+        print_note(
+            fmt::format("--structure unstructured takes about {:.0f} s for {} elements; --structure prisms "
+                        "takes a few seconds",
+                        seconds, count_text(expected(shape))));
 }
 
 config::Pipeline pipeline_of_shape(const config::Shape& shape, const GenerateArguments& a) {
@@ -129,7 +132,7 @@ std::string text_of(const run::PlanSize& size, const config::Shape& shape) {
                        flat ? "triangles" : "tetrahedra", size.vertices, size.facets, flat ? "edges" : "triangles");
 }
 
-/// Generates the mesh as a whole and writes it. Returns the text to print.
+/// Generates and writes the whole mesh. Returns the text to print.
 Outcome<std::string> generate_and_write(const config::Shape& shape, const MeshFormat& format,
                                         const GenerateArguments& a, Written& written) {
     Progress progress;
@@ -151,7 +154,8 @@ Outcome<std::string> generate_and_write(const config::Shape& shape, const MeshFo
     return text + fmt::format(", written in {:.2f} s\n", writing.read().seconds) + wrote_rows({a.output});
 }
 
-/// About so many elements are made at a time, but a few rows at least: points of rows around are made anew each time.
+/// Approximate number of elements generated at a time, but at least a few rows. The points of adjacent rows are
+/// generated again each time.
 constexpr std::size_t elements_of_turn = std::size_t{1} << 20U, least_rows_of_turn = 3;
 
 template <class Options>
@@ -181,7 +185,7 @@ FilePart<D, 1> file_part(ShapeRun<D> run) {
     return part;
 }
 
-/// The rows of a shape that a rank writes, in turns.
+/// Rows of a shape that one rank writes, in several steps.
 template <int D>
 class OwnRows {
   public:
@@ -195,9 +199,9 @@ class OwnRows {
         turns_ = (most + in_turn - 1) / in_turn;
     }
 
-    /// As many on each rank.
+    /// The same number on each rank.
     [[nodiscard]] std::size_t turns() const { return turns_; }
-    /// Edges, which are few, go along with the first rows.
+    /// The edges, which are few, are written with the first rows.
     [[nodiscard]] Outcome<FilePart<D, 1>> part(std::size_t turn, const Execution& execution) const {
         const std::size_t own = end_ - begin_;
         auto run = shape_.run(begin_ + own * turn / turns_, begin_ + own * (turn + 1) / turns_, execution);
@@ -235,21 +239,21 @@ Outcome<run::PlanSize> write_rows(Ranks& ranks, const ShapeRows<D>& shape, const
         .dimension = D, .degree = 1, .vertices = counts.vertices, .elements = counts.elements, .facets = counts.facets};
 }
 
-/// Checks that the shape is made by rows, which several ranks share. Errors: unsupported.
+/// Checks that the shape is generated by rows, which several ranks can share. Errors: unsupported.
 Outcome<Done> check_can_write_rows(const config::Shape& shape) {
     return std::visit(
         [&]<class Options>(const Options& options) -> Outcome<Done> {
             if constexpr (requires { options.structure; })
                 if (options.structure == ShellStructure::prisms) return Done{};
             if constexpr (dimension_of<Options> > 0 && !requires { options.structure; }) return Done{};
-            return fail(ErrorKind::unsupported, "is made as a whole, not by rows that several ranks share",
+            return fail(ErrorKind::unsupported, "is generated as a whole, so several ranks cannot share it",
                         config::name_of(shape), {},
-                        "--structure prisms of a shell or annulus, a box or a rectangle; or camber on one rank");
+                        "use --structure prisms of a shell or annulus, a box or a rectangle, or one rank");
         },
         shape);
 }
 
-/// Writes the shape's mesh to a .meshb, each rank the rows that it makes, a few at a time. Returns its size on all
+/// Writes the mesh to a .meshb; each rank generates and writes its rows, a few at a time. Returns the total size on all
 /// ranks.
 Outcome<run::PlanSize> write_by_rows(Ranks& ranks, const config::Shape& shape, const std::string& path,
                                      const Execution& execution) {
@@ -268,14 +272,14 @@ Outcome<run::PlanSize> write_by_rows(Ranks& ranks, const config::Shape& shape, c
 
 bool writes_rows(const MeshFormat& format) { return format.name == std::string_view("gmf-binary"); }
 
-/// A .meshb is written by rows where several ranks make it, and where one cannot hold the whole.
+/// True if a .meshb is written by rows: on several ranks, or if one rank has not enough memory.
 bool writes_by_rows(const config::Shape& shape, const MeshFormat& format, const Host& host) {
     if (host.ranks->size() > 1) return true;
     const auto limit = static_cast<double>(memory_limit().bytes);
     return needed_memory(shape) > limit && writes_rows(format) && check_can_write_rows(shape).has_value();
 }
 
-/// The largest peak of all ranks (bytes); 0 where the system does not say.
+/// Largest memory peak of all ranks (bytes); 0: unknown on this system.
 Outcome<std::size_t> largest_peak(Ranks& ranks) {
     const auto all = gather_all<std::size_t>(ranks, std::vector<std::size_t>{Meter().read().peak_bytes});
     if (!all) return fail(all.error());
@@ -287,8 +291,8 @@ Outcome<std::string> generate_by_rows(const config::Shape& shape, const MeshForm
                                       const Host& host, Written& written) {
     Ranks& ranks = *host.ranks;
     if (!writes_rows(format))
-        return fail(ErrorKind::unsupported, "several ranks write a mesh as .meshb", a.output, {},
-                    "camber convert brings it into any other format");
+        return fail(ErrorKind::unsupported, "several ranks can only write .meshb", a.output, {},
+                    "convert it to other formats with camber convert");
     if (auto possible = check_can_write_rows(shape); !possible) return fail(possible.error());
     Progress progress;
     const Execution execution{.threads = a.threads, .stop = host.stop, .progress = progress.ticks()};

@@ -23,13 +23,13 @@ namespace camber::app {
 
 namespace {
 
-/// A run returns the metric and the fields that its outputs ask for.
+/// Requests the metric and the fields as results in memory.
 void store_all_outputs(config::Output& output) {
     if (output.metric.empty()) output.metric = std::string(config::in_memory) + "metric";
     if (output.solution.empty()) output.solution = std::string(config::in_memory) + "solution";
 }
 
-/// The mesh with the place in space and the format of the input.
+/// Returns the mesh with the input's lift and format.
 DecodedMesh with_place_of(AnyMesh outcome, const DecodedMesh& input) {
     DecodedMesh mesh{std::move(outcome), {}};
     mesh.lift = input.lift;
@@ -104,7 +104,7 @@ Outcome<std::vector<std::string>> write_from_memory(const DecodedMesh& mesh, con
         if ((*format)->has_fields && check_place_for(path, name, field.kind))
             supported.push_back(field);
         else
-            losses.push_back("the format has no place for the field " + field.name);
+            losses.push_back("the format cannot store the field " + field.name);
     auto done = ShownSteps(0, host).run(
         "write", [&](const Execution& e) { return write_with_mesh(mesh, supported, **format, path, e); });
     if (!done) return fail(done.error());
@@ -119,11 +119,11 @@ std::vector<run::NamedField> nodal_fields_of(const DecodedMesh& mesh) {
 
 namespace {
 
-/// The outputs that are files: of cycles in memory the last mesh and its report. Errors: usage.
+/// Checks the outputs that are files. Cycles in memory only write the last mesh and its report. Errors: usage.
 Outcome<Done> check_files(const config::Output& files) {
     for (const std::string& path : {files.vtu, files.metric, files.solution, files.plots, files.page})
         if (!path.empty())
-            return fail(ErrorKind::usage, "is an output of cycles whose meshes are files", path, {},
+            return fail(ErrorKind::usage, "is not available for cycles in memory", path, {},
                         "leave it out, or use camber run");
     return check_outputs(files);
 }

@@ -27,12 +27,12 @@ namespace {
 
 constexpr std::string_view with_pieces = ".pvtu";
 
-/// "wing.3.vtu" of "wing.vtu".
+/// Example: "wing.3.vtu" for "wing.vtu".
 std::string part_name(const std::string& path, std::size_t part, std::string_view ending) {
     return std::filesystem::path(path).replace_extension().string() + "." + std::to_string(part) + std::string(ending);
 }
 
-/// Numbers from 1, as whole numbers of 32 bits while they fit.
+/// Numbers from 1, as 32-bit integers if they fit.
 MeshField numbers(std::string_view name, Centring centring, const std::vector<std::uint64_t>& values) {
     MeshField field{std::string(name), centring, FieldKind::scalar, {}};
     const bool fits = std::ranges::all_of(values, [](auto v) { return v < std::numeric_limits<std::int32_t>::max(); });
@@ -49,11 +49,11 @@ MeshField numbers(std::string_view name, Centring centring, const std::vector<st
     return field;
 }
 
-/// The whole's rows of a piece's nodes and cells, as fields have them.
+/// Rows in the whole mesh of a piece's nodes and cells, as fields store them.
 struct PieceRows {
     std::vector<std::uint64_t> nodes, cells;
 };
-/// `own`: numbers of the rows that the piece is of, if these are not the whole's.
+/// `own`: global numbers of the rows that the piece refers to; null: they are global already.
 template <class Mesh>
 PieceRows rows_of(const RowCounts& whole, const MeshPiece<Mesh>& piece, const PartsOfRank<Mesh>* own = nullptr) {
     PieceRows rows;
@@ -93,7 +93,7 @@ MeshFields fields_of(const MeshFields& whole, const PieceRows& rows, int dimensi
     return MeshFields(std::move(all));
 }
 
-/// The part of each cell, from 1.
+/// Part number of each cell, from 1.
 MeshField partition_field(const CellParts& parts) {
     std::vector<std::uint64_t> of_cells;
     for (const auto* const kind : {&parts.elements, &parts.facets, &parts.edges})
@@ -101,7 +101,6 @@ MeshField partition_field(const CellParts& parts) {
     return numbers("partition", Centring::cell, of_cells);
 }
 
-/// Writer of all files.
 struct Writer {
     const MeshFormat& format;
     EncodeOptions options;
@@ -117,7 +116,7 @@ struct Writer {
         return written.add(to, write_mesh(format, mesh, supported, options, to, execution));
     }
 
-    /// The names of the pieces in the .pvtu's folder.
+    /// Writes the .pvtu, with the names of the pieces relative to its folder.
     Outcome<Done> write_list(const std::vector<std::string>& pieces) const {
         const auto first = read_file(pieces.front());
         if (!first) return fail(first.error());
@@ -171,7 +170,6 @@ Outcome<Done> write_own_parts(const Writer& writer, const RowCounts& whole, cons
     return Done{};
 }
 
-/// A file of whichever degree, in parts.
 template <int D>
 Outcome<std::vector<std::string>> convert_on_ranks(const Host& host, const std::string& input, int degree,
                                                    const PartedOutput& output, const Execution& execution) {
@@ -196,12 +194,14 @@ Outcome<std::vector<std::string>> convert_on_ranks(const Host& host, const std::
 bool names_its_pieces(const std::string& path) { return path.ends_with(with_pieces); }
 
 Outcome<Done> missing_partition_error(const std::string& path) {
-    return fail(ErrorKind::usage, "names files that hold its pieces", path, {}, "say into how many: --partition N");
+    return fail(ErrorKind::usage, "lists pieces in other files, but the number of pieces is missing", path, {},
+                "give the number: --partition N");
 }
 
 Outcome<const MeshFormat*> format_of_parts(const std::string& path, const std::string& name) {
     if (path == standard_stream)
-        return fail(ErrorKind::usage, "is one file, and parts are several", called_output(path), {}, "name a file");
+        return fail(ErrorKind::usage, "is one stream, but parts are several files", called_output(path), {},
+                    "name a file");
     return names_its_pieces(path) ? format_of_mesh(path, name.empty() ? "vtu" : name) : format_of_mesh(path, name);
 }
 
@@ -236,7 +236,7 @@ Outcome<std::vector<std::string>> write_parts_of_ranks(Ranks& ranks, const RowCo
 
 Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input,
                                                           const PartedOutput& output, const Execution& execution) {
-    if (!host.partition) return fail(ErrorKind::internal, "ranks without what partitions graphs");
+    if (!host.partition) return fail(ErrorKind::internal, "no graph partitioner for several ranks");
     return together(*host.ranks, [&]() -> Outcome<std::vector<std::string>> {
         const auto shape = agreed(*host.ranks, shape_of_file(input));
         if (!shape) return fail(shape.error());
@@ -257,7 +257,7 @@ CAMBER_INSTANTIATE(QuadraticMesh<3>)
 
 namespace {
 
-/// The draft on this rank, of which the first rank tells the name.
+/// Opens the temporary file, whose name the first rank sends to the others.
 Outcome<SharedFile> opened(Ranks& ranks, const std::string& path, std::uint64_t bytes, const Outcome<Done>& can_begin) {
     std::optional<Outcome<SharedFile>> first;
     Outcome<std::string> draft = std::string();
@@ -278,7 +278,7 @@ Outcome<Done> put(const Outcome<SharedFile>& file, std::span<const FilePiece> pi
     return Done{};
 }
 
-/// When all have written theirs it has its name.
+/// Renames the file when all ranks have written their pieces.
 Outcome<Done> finished(Ranks& ranks, Outcome<SharedFile>& file, const Outcome<Done>& written) {
     if (auto all = agreed(ranks, written ? file->flush() : written); !all) return all;
     return agreed(ranks, ranks.rank() == 0 ? file->publish() : Outcome<Done>(Done{}));

@@ -30,7 +30,7 @@ namespace camber::app {
 
 namespace {
 
-/// The word that makes a process the reader; then the file, seconds and bytes.
+/// First argument of the process that reads a CAD file. The file, seconds and bytes follow.
 constexpr std::string_view reader = "--read-cad-file-for-parent";
 
 ChildLimits limits_of(const config::Cad& cad) {
@@ -43,15 +43,17 @@ ChildLimits limits_of(const config::Cad& cad) {
             static_cast<std::size_t>(memory)};
 }
 
-/// Errors: a pipe or a device, which may have no end. A file that is not there is for the reader to tell.
+/// Rejects pipes and devices, which may have no end. The reader reports a missing file.
 Outcome<Done> check_plain(const std::string& path) {
     std::error_code ignored;
     const auto status = std::filesystem::status(path, ignored);
     if (!std::filesystem::is_other(status)) return Done{};
-    return fail(ErrorKind::input, "is no plain file, as a CAD model must be", path, {}, "copy it into one");
+    return fail(ErrorKind::input, "is not a regular file, which a CAD model must be", path, {},
+                "copy it to a regular file");
 }
 
-/// An error as bytes: 'E', its kind, and its parts, each ended by a zero byte. A model's bytes begin with 'M'.
+/// Encodes an error: 'E', its kind, and its parts, each with a final zero byte. The encoding of a model begins with
+/// 'M'.
 std::string as_bytes_of(const Error& error) {
     std::string bytes = "E" + std::to_string(static_cast<int>(error.kind));
     const std::string kind = error.entity ? error.entity->kind : std::string();
@@ -74,7 +76,7 @@ Error error_of(std::string_view bytes) {
     return error;
 }
 
-/// The file's model, tried: what its faces and edges do to whom asks them is seen here, and not in the parent.
+/// Reads the model and evaluates its faces and edges, so that a failure occurs in this process and not in the parent.
 Outcome<std::string> read_and_tried(const std::string& path) {
     constexpr std::size_t tries = 1000;
     const auto model = read_cad(path, {});
@@ -89,7 +91,7 @@ Error of_end(const ChildResult& result, const config::Cad& cad, const ChildLimit
                 fmt::format("reading it takes more than {:.3g} s", limits.seconds),
                 cad.file.path,
                 {},
-                "export the model again; if it is right, allow more: --cad-timeout, or geometry/cad/timeout"};
+                "export the model again; if it is correct, increase --cad-timeout or geometry/cad/timeout"};
     return {ErrorKind::input,
             fmt::format("OpenCASCADE crashes on it ({}): the file is damaged", result.how),
             cad.file.path,
@@ -102,11 +104,11 @@ Error out_of_memory(const config::Cad& cad, const ChildLimits& limits) {
             fmt::format("reading it takes more than {:.3g} MB of memory", static_cast<double>(limits.bytes) / 1e6),
             cad.file.path,
             {},
-            "export the model again; if it is right, allow more: --cad-memory, or geometry/cad/memory"};
+            "export the model again; if it is correct, increase --cad-memory or geometry/cad/memory"};
 }
 
-/// The model of a config's file, read by a process of its own: a damaged file that crashes the reader, never ends or
-/// takes all memory is an error of the file (input). Errors also: of read_cad.
+/// Reads the model of a config's file in a child process. A damaged file that crashes the reader, never ends or takes
+/// all memory causes an error (input). Errors: also those of read_cad.
 Outcome<CadModel> read_cad_in_child(const config::Cad& cad, const Execution& execution) {
     return guarded([&]() -> Outcome<CadModel> {
         if (auto plain = check_plain(cad.file.path); !plain) return fail(plain.error());
@@ -133,11 +135,11 @@ Outcome<CadModel> read_cad_in_child(const config::Cad& cad, const Execution& exe
 
 std::string operations_at_vertices(const std::string& file) {
     return file +
-           " has a metric at all nodes: metric_operations are done at the vertices, with what it has there; a run "
-           "without them takes all of it";
+           " has a metric at all nodes: metric_operations use only its values at the vertices. A run without "
+           "metric_operations uses all values";
 }
 
-/// The value in memory with that name; null: the name is a file's.
+/// Returns the value in memory with this name; null: the name is that of a file.
 template <class Values>
 const typename Values::mapped_type* found(const Values& values, const std::string& name) {
     const auto at = config::is_in_memory(name) ? values.find(name) : values.end();
@@ -157,7 +159,7 @@ Outcome<run::RowsByNodes> metric_named(const DecodedMesh& mesh, const std::strin
     return read_metric_rows(mesh, name, notices, execution);
 }
 
-/// The metric file, and the mesh that it speaks of where that is another, or curved with rows at its nodes.
+/// Reads the metric file, and its mesh if that is another one, or a curved one with rows at its nodes.
 Outcome<Solution> read_metric_of(const config::Pipeline& pipeline, const config::FilePath& metric, run::Inputs& inputs,
                                  const MemoryInputs& specified, const Execution& execution) {
     std::vector<Notice>& notices = inputs.mesh.notices;
@@ -178,17 +180,17 @@ Outcome<Solution> read_metric_of(const config::Pipeline& pipeline, const config:
     return std::move(rows->solution);
 }
 
-/// Fields that cannot be brought along are told, where nobody asked for them by their file.
+/// Omits fields with values that are not finite, and reports them.
 void select_finite(std::vector<run::NamedField>& fields, std::vector<Notice>& notices) {
     std::erase_if(fields, [&](const run::NamedField& field) {
         const bool is_finite = std::ranges::all_of(field.field.values, [](double x) { return std::isfinite(x); });
         if (!is_finite)
-            notices.push_back({fmt::format("the field {} is left out: not all of it is a number", field.name)});
+            notices.push_back({fmt::format("the field {} is omitted: some of its values are not finite", field.name)});
         return !is_finite;
     });
 }
 
-/// The fields that go along, and what the config's metrics that are made for them take.
+/// Reads the fields to transfer, and those for metrics that the config computes from them.
 Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& inputs, const MemoryInputs& values,
                                const Execution& execution) {
     const config::SolutionInput& specified = pipeline.solution;
@@ -207,7 +209,7 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
         inputs.fields = {std::move(*field)};
     } else if (!inputs.mesh.fields.empty() && run::plan_size(inputs.mesh.mesh).elements == 0) {
         notices.push_back(
-            {fmt::format("{} fields of the file were not kept: they go along in meshes of the volume alone",
+            {fmt::format("{} fields of the file were omitted: fields can only be transferred on volume meshes",
                          inputs.mesh.fields.size())});
     } else if (!inputs.mesh.fields.empty()) {
         auto fields = run::named(fields_at_nodes(inputs.mesh, notices), specified.fields, "/solution/fields");
@@ -220,8 +222,8 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
     if (!inputs.fields.empty() && specified.expression.empty() && !run::places_by_solution(pipeline) &&
         !run::carries_fields(pipeline.output))
         notices.push_back(
-            {fmt::format("{} of the input {} not kept: {} has no place for {} (\"output\": {{\"solution\": …}}, "
-                         "--output-solution, or a .vtu has)",
+            {fmt::format("{} of the input {} not written: {} cannot store {} (use \"output\": {{\"solution\": …}}, "
+                         "--output-solution, or a .vtu)",
                          inputs.fields.size() == 1 ? "the field " + inputs.fields.front().name
                                                    : fmt::format("{} fields", inputs.fields.size()),
                          inputs.fields.size() == 1 ? "is" : "are",
@@ -287,7 +289,7 @@ Error of_file(Error error, const std::string& path) {
 
 namespace {
 
-/// True if two words differ by one letter, or by two that are swapped.
+/// True if one letter differs, or two letters are swapped.
 bool differ_by_one_edit(std::string_view a, std::string_view b) {
     while (!a.empty() && !b.empty() && a.front() == b.front()) a.remove_prefix(1), b.remove_prefix(1);
     while (!a.empty() && !b.empty() && a.back() == b.back()) a.remove_suffix(1), b.remove_suffix(1);
@@ -297,11 +299,11 @@ bool differ_by_one_edit(std::string_view a, std::string_view b) {
 
 bool is_beginning(std::string_view word, std::string_view whole) { return word.size() >= 4 && whole.starts_with(word); }
 
-/// `did you mean "wing.mesh"?` of a missing file whose folder has one of that name with another ending, or with a
-/// name that is one slip away; else empty.
+/// Returns `did you mean "wing.mesh"?` if the folder of a missing file has a file with another ending or a similar
+/// name; otherwise empty.
 std::string suggested_file(const std::string& path) {
     namespace fs = std::filesystem;
-    constexpr std::size_t most = 10000;  // of a folder's files that are looked at
+    constexpr std::size_t most = 10000;  // files of a folder to examine
     const fs::path specified(path);
     std::vector<std::string> same_stem, near;
     std::error_code error;
@@ -320,7 +322,7 @@ std::string suggested_file(const std::string& path) {
     return fmt::format("did you mean \"{}\"?", (specified.parent_path() / best).string());
 }
 
-/// Files that the mesh's file names are read from its folder.
+/// Reads files that the mesh file names from its folder.
 DecodeOptions with_file_reader(const std::string& path, DecodeOptions options, const Execution& execution) {
     const auto folder = std::filesystem::path(path == standard_stream ? std::string() : path).parent_path();
     options.beside = [folder, quiet = without_progress(execution)](const std::string& name) {
@@ -333,7 +335,7 @@ DecodeOptions with_file_reader(const std::string& path, DecodeOptions options, c
 
 Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const DecodeOptions& options,
                                const Execution& execution) {
-    constexpr double of_reading = 0.4;  // of the time; 0.5 of a straight mesh, 0.3 of a curved one
+    constexpr double of_reading = 0.4;  // fraction of the time; 0.5 for a straight mesh, 0.3 for a curved one
     auto bytes = read_file(path, part_of(execution, 0, of_reading), bound_of_mesh(path));
     if (!bytes) {
         Error error = bytes.error();
@@ -346,9 +348,9 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const
     decoded = with_flat_in_2d(std::move(*decoded), without_progress(execution));
     if (decoded && decoded->lift)
         decoded->notices.push_back(
-            {fmt::format("the mesh is flat (z = {}): taken as 2D{} (a surface in space: --flat surface, or "
+            {fmt::format("the mesh is flat (z = {}): read as 2D{} (for a surface in space: --flat surface, or "
                          "input/flat=surface of a config)",
-                         decoded->lift->z, decoded->is_always_3d ? "" : ", and written with its z again")});
+                         decoded->lift->z, decoded->is_always_3d ? "" : ", and written with its z")});
     return decoded;
 }
 
@@ -378,7 +380,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const MemoryI
     if (auto read = read_solution_of(pipeline, inputs, specified, without_progress(execution)); !read)
         return fail(read.error());
     if (metric == nullptr && !pipeline.metric_mesh.empty())
-        return fail(ErrorKind::usage, "is the mesh of a metric file, and the metric is none", "/metric_mesh", {},
+        return fail(ErrorKind::usage, "is the mesh of a metric file, but the metric is not a file", "/metric_mesh", {},
                     "give \"metric\": {\"file\": …}, or leave it out");
     if (metric != nullptr) {
         auto solution = read_metric_of(pipeline, *metric, inputs, specified, part_of(execution, of_mesh, 1));

@@ -20,7 +20,7 @@ namespace camber::app {
 
 namespace {
 
-/// The result of a flat mesh, back in space.
+/// Result of a flat mesh, mapped back to its plane in space.
 struct Placed {
     AnyMesh mesh;
     MeshFields fields, carried;
@@ -38,13 +38,13 @@ Outcome<Placed> raised(const run::Run& run, const MeshFields& carried, const Lif
     });
 }
 
-/// Parts of the mesh that the format does not hold.
+/// Notices about parts of the mesh that the format cannot store.
 std::vector<Notice> losses_in(const MeshFormat& format, AnyMesh mesh, NamesOfGroups names) {
     if (names == NamesOfGroups::by_the_caller) std::visit([](auto& m) { m.groups = {}; }, mesh);
     return format.losses(mesh);
 }
 
-/// Writes the files of a run, but for the report, which tells also what writing them cost.
+/// Writes the files of a run, except the report, which includes the time of writing.
 struct OutputWriter {
     run::Run& run;
     const config::Output& output;
@@ -52,9 +52,9 @@ struct OutputWriter {
     Written& written;
     const InputForm& input;
     NamesOfGroups names = {};
-    MeshFields carried_fields;  ///< the solution's, on the run's mesh
-    /// The result in space if the input's mesh was flat: for formats without plane meshes, and for others if the
-    /// input's format has them.
+    MeshFields carried_fields;  ///< fields of the solution on the run's mesh
+    /// Result in space if the input mesh was flat: for formats without 2D meshes, and for all others if the input's
+    /// format has 2D meshes.
     std::optional<Placed> in_space = {};
 
     [[nodiscard]] const AnyMesh& mesh_for(const MeshFormat& format) const {
@@ -64,7 +64,7 @@ struct OutputWriter {
         return in_space && (format.is_always_3d || !input.is_always_3d);
     }
 
-    /// All fields for viewers; for other formats those of the solution that they have a place for.
+    /// All fields for viewers. For other formats, the fields of the solution that the format stores.
     [[nodiscard]] MeshFields fields_for(const MeshFormat& format) const {
         const bool is_raised = writes_3d(format);
         const MeshFields& carried = is_raised ? in_space->carried : carried_fields;
@@ -102,7 +102,7 @@ struct OutputWriter {
         return output.page.empty() ? Done{} : write_page_of_run();
     }
 
-    /// The mesh as `check` sees it, with the run's fields and figures.
+    /// Writes the page of the mesh, checked as `check` does, with fields and numbers of the run.
     Outcome<Done> write_page_of_run() {
         DecodedMesh result{run.mesh, {}};
         result.fields = run.fields;
@@ -125,14 +125,14 @@ struct OutputWriter {
                            }));
     }
 
-    /// The mesh's own is asked for by name; the others go by their endings.
+    /// The mesh's format may be named. Other files have that of their ending.
     [[nodiscard]] Outcome<const MeshFormat*> format_of(const std::string& path) const {
         const bool is_mesh = &path == &output.mesh || path == output.mesh;
         if (is_mesh && output.partition > 0) return format_of_parts(path, output.format);
         return format_of_mesh(path, is_mesh ? output.format : std::string(), input.format);
     }
 
-    /// As a file of that mesh has its rows.
+    /// Rows are in the order of the mesh file.
     Outcome<Done> write_solution_of_run() {
         DecodedMesh result{run.mesh, {}};
         result.lift = input.lift;
@@ -183,7 +183,7 @@ struct OutputWriter {
     }
 };
 
-/// Writes the rows that a run leaves on its ranks, and frees them.
+/// Writes the rows that a run stores on its ranks, and frees them.
 template <int D>
 Outcome<Done> write_rows(FinishedRows<D>& rows, const Host& host, const config::Output& output,
                          const Execution& execution) {
@@ -224,7 +224,7 @@ Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const In
         if (!placed) return fail(placed.error());
         writer.in_space = std::move(*placed);
     }
-    return host.ranks->rank() == 0 ? writer.write() : Done{};  // all have the same
+    return host.ranks->rank() == 0 ? writer.write() : Done{};  // all ranks have the same data
 }
 
 }  // namespace camber::app

@@ -27,14 +27,14 @@ namespace camber::app {
 
 namespace {
 
-/// The mesh that a page is of, and what a report.json says beside it.
+/// Mesh of a page, and the data of a report.json about it.
 struct Subject {
     std::string mesh, before_and_after;
     std::vector<run::Histogram> histograms;
     std::optional<run::DistancesReport> distances = {};
 };
 
-/// Finds the mesh of a run: at its path, or beside the report, if both were moved.
+/// Finds the mesh of a run, at its path or next to the report if both were moved.
 Outcome<std::string> found_mesh(const std::string& path, const std::string& report) {
     const std::filesystem::path specified(path),
         beside = std::filesystem::path(report).parent_path() / specified.filename();
@@ -42,11 +42,11 @@ Outcome<std::string> found_mesh(const std::string& path, const std::string& repo
     for (const std::filesystem::path& place : {specified, beside})
         if (!path.empty() && std::filesystem::exists(place, ignored)) return place.string();
     return fail(ErrorKind::input,
-                path.empty() ? "names no mesh that its run wrote" : "its mesh, " + path + ", is not there", report, {},
-                "give the mesh itself, or the report.json of a run with its mesh beside it");
+                path.empty() ? "names no mesh file of its run" : "its mesh, " + path + ", does not exist", report, {},
+                "give the mesh itself, or the report.json of a run with its mesh next to it");
 }
 
-/// Rejects a report.json of another layout than that of this version.
+/// Rejects a report.json whose format version differs from the current one.
 Outcome<Done> check_format(std::string_view text, const std::string& path) {
     const auto format = run::format_of_report(text);
     if (!format || *format == run::report_format) return Done{};
@@ -66,7 +66,7 @@ Outcome<Subject> subject_of(const std::string& input) {
     if (auto current = check_format(as_text(*text), input); !current) return fail(current.error());
     auto histograms = run::histograms_of_report(as_text(*text));
     if (!histograms)
-        return fail(ErrorKind::input, "is no report.json as Camber writes them", input, {},
+        return fail(ErrorKind::input, "is not a report.json of Camber", input, {},
                     "give a mesh, or the report.json of a run: camber curve … --report report.json");
     auto mesh = found_mesh(run::mesh_of_report(as_text(*text)), input);
     if (!mesh) return fail(mesh.error());
@@ -74,7 +74,7 @@ Outcome<Subject> subject_of(const std::string& input) {
                    run::distances_of_report(as_text(*text))};
 }
 
-/// A metric's rows as a field.
+/// Converts the rows of a metric to a field.
 run::NamedField field_of(const run::RowsByNodes& rows) {
     const Solution& s = rows.solution;
     const bool is_size = s.fields[0] == FieldKind::scalar;
@@ -82,7 +82,7 @@ run::NamedField field_of(const run::RowsByNodes& rows) {
             TransferField{values_per_vertex(s.fields[0], s.dimension), rows.is_at_nodes ? 2 : 1, s.values}};
 }
 
-/// Reads the mesh and its fields. `metric`: the metric file, if there is one.
+/// Reads the mesh and its fields. `metric` receives the metric file, if any.
 Outcome<DecodedMesh> read_shown(const std::string& path, const ReportArguments& a, run::PageSource& source,
                                 std::optional<run::MetricFile>& metric, const Execution& execution) {
     auto mesh = read_mesh(path, a.flat, execution);
@@ -99,7 +99,7 @@ Outcome<DecodedMesh> read_shown(const std::string& path, const ReportArguments& 
     return mesh;
 }
 
-/// Writes the page. Returns the answer of the check.
+/// Writes the page. Returns the table of the check.
 Outcome<std::string> write_report_page(const ReportArguments& a, Written& written) {
     auto subject = subject_of(a.input);
     if (!subject) return fail(subject.error());
@@ -144,7 +144,7 @@ Outcome<int> report_command(const ReportArguments& a) {
 
 namespace {
 
-/// One picture, or one for each quantity.
+/// True for one picture; false: one for each quantity.
 bool is_one_file(const PlotArguments& a) { return a.output.ends_with(".svg"); }
 
 Outcome<Done> check_names(const PlotArguments& a) {
@@ -185,7 +185,7 @@ Outcome<int> plot_command(const PlotArguments& a) {
     if (auto current = check_format(as_text(*text), a.report); !current) return fail(current.error());
     const auto histograms = run::histograms_of_report(as_text(*text));
     if (!histograms)
-        return fail(ErrorKind::input, "holds no histograms as Camber writes them", a.report, {},
+        return fail(ErrorKind::input, "has no histograms of Camber", a.report, {},
                     "give the report.json of a run: camber curve … --report report.json");
     Written written;
     const auto done = is_one_file(a) ? written.add(a.output, write_text(a.output, run::svg(*histograms)))
@@ -205,14 +205,14 @@ Outcome<Done> check_files(const PictureArguments& a) {
                                        {a.solution, "--solution", Role::input}});
     if (!distinct) return distinct;
     if (!a.field.empty() && a.solution.empty())
-        return fail(ErrorKind::usage, "is of a solution, and there is none", "--field", {},
-                    "give --solution FILE; the mesh's own file may be it");
+        return fail(ErrorKind::usage, "names a field of a solution, but no solution is specified", "--field", {},
+                    "give --solution FILE, which may be the mesh file");
     if (!is_svg(a.output) && !a.output.ends_with(".png"))
-        return fail(ErrorKind::usage, "is no ending of a picture", a.output, {}, "name a .png or a .svg file");
+        return fail(ErrorKind::usage, "does not end in .png or .svg", a.output, {}, "name a .png or a .svg file");
     return check_writable(a.output);
 }
 
-/// The field that is asked for, or the first that there is.
+/// Returns the requested field, or the first one.
 Outcome<run::NamedField> field_of(const DecodedMesh& mesh, const PictureArguments& a, std::vector<Notice>& notices,
                                   const Execution& execution) {
     std::vector<std::string> only;
@@ -276,9 +276,9 @@ Outcome<int> picture_command(const PictureArguments& a) {
 
 namespace {
 
-constexpr std::size_t most_pixels = 16384;  // along an edge
+constexpr std::size_t most_pixels = 16384;  // of the width and of the height
 
-/// Numbers between commas; none where one of them is no number.
+/// Numbers separated by commas; none: one of them is not a number.
 std::optional<std::vector<double>> numbers_in(std::string_view text) {
     std::vector<double> numbers;
     for (;;) {
@@ -291,7 +291,7 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
     }
 }
 
-/// The texts between commas; none of an empty text.
+/// Texts separated by commas; none for an empty text.
 std::vector<std::string> parts_of(std::string_view text) {
     std::vector<std::string> parts;
     while (!text.empty()) {
@@ -321,7 +321,7 @@ Outcome<Done> read_size(const std::string& text, run::PictureChoice& choice) {
     return Done{};
 }
 
-/// "x=0.5" and "x<0.5" keep what is below, "x>0.5" what is above; "a,b,c,d" keeps a x + b y + c z ≤ d.
+/// "x=0.5" and "x<0.5" keep the part below, "x>0.5" the part above. "a,b,c,d" keeps a x + b y + c z ≤ d.
 Outcome<Done> read_cut(const std::string& text, run::PictureChoice& choice) {
     if (text.empty()) return Done{};
     const std::size_t axis = std::string_view("xyz").find(text[0]);
@@ -342,7 +342,7 @@ Outcome<Done> read_cut(const std::string& text, run::PictureChoice& choice) {
             return Done{};
         }
     }
-    return no_such("--cut", text, "write x=0.5, or x>0.5 for the other side, or A,B,C,D: A x + B y + C z <= D stays");
+    return no_such("--cut", text, "write x=0.5, or x>0.5 for the other side, or A,B,C,D to keep A x + B y + C z <= D");
 }
 
 Outcome<Done> read_view(const std::string& text, run::PictureChoice& choice) {
@@ -359,7 +359,9 @@ Outcome<Done> read_view(const std::string& text, run::PictureChoice& choice) {
         const Vec<3> from{{(*n)[0], (*n)[1], (*n)[2]}};
         if (norm(from) > 0) return choice.from = from, Done{};
     }
-    return no_such("--view", text, "write front, back, left, right, top, bottom, or where you look from: 1,-1.6,0.9");
+    return no_such("--view", text,
+                   "write front, back, left, right, top, bottom, or the direction towards the viewer: "
+                   "1,-1.6,0.9");
 }
 
 Outcome<Done> read_zoom(const std::string& text, run::PictureChoice& choice) {
@@ -394,7 +396,7 @@ Outcome<run::PictureChoice> choice_of(const PictureArguments& a) {
 
 Outcome<Done> check_page(const std::string& path) {
     if (path != standard_stream && !path.ends_with(".html") && !path.ends_with(".htm"))
-        return fail(ErrorKind::usage, "is no page: it does not end in .html", path, {}, "give it that ending");
+        return fail(ErrorKind::usage, "is not a page: it does not end in .html", path, {}, "use this ending");
     return Done{};
 }
 

@@ -25,7 +25,6 @@ namespace {
 
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// Lower triangles of n × n matrices, row by row, as in `Sym`.
 Column<double> packed(const Doubles& matrices, std::size_t n) {
     const auto rows = static_cast<std::size_t>(matrices.shape(0));
     Buffer<double> out;
@@ -47,7 +46,8 @@ py::array unpacked(const Column<double>& values, std::size_t n) {
     return read_only(std::move(out));
 }
 
-/// First matrix with two opposite entries that differ by more than `rounding` of its largest entry.
+/// Index of the first matrix that is not symmetric: two opposite entries differ by more than `rounding` times its
+/// largest entry.
 std::optional<std::size_t> first_asymmetric(const Doubles& matrices, std::size_t n, double rounding) {
     const double* m = matrices.data();
     for (py::ssize_t r = 0; r < matrices.shape(0); ++r, m += n * n) {
@@ -62,13 +62,12 @@ std::optional<std::size_t> first_asymmetric(const Doubles& matrices, std::size_t
     return std::nullopt;
 }
 
-/// Converts an array to doubles, row by row. Raises if it has no real numbers.
 Doubles doubles_of(const py::handle& value, const std::string& name) {
     const auto array = py::array::ensure(value);
     const char kind = array ? array.dtype().kind() : 'O';
     if (std::string_view("fiub").find(kind) == std::string_view::npos) {
         PyErr_Clear();
-        raise({ErrorKind::input, "is no array of numbers", name, {}, "give floats"});
+        raise({ErrorKind::input, "is not an array of numbers", name, {}, "give floats"});
     }
     return py::reinterpret_borrow<Doubles>(Doubles::ensure(array));
 }
@@ -79,7 +78,6 @@ Doubles doubles_of(const py::handle& value, const std::string& name) {
     raise({ErrorKind::input, "has the shape (" + shape + ")", name, {}, expected});
 }
 
-/// Field kind that matches the array's shape; none for other shapes.
 std::optional<FieldKind> kind_of(const Doubles& array, std::size_t n) {
     const auto wide = [&](py::ssize_t d) { return static_cast<std::size_t>(array.shape(d)); };
     if (array.ndim() == 1 || (array.ndim() == 2 && wide(1) == 1)) return FieldKind::scalar;

@@ -36,7 +36,6 @@ auto on(const MeshHandle& mesh, F&& f) {
     return std::visit(std::forward<F>(f), mesh.value.mesh);
 }
 
-/// Returns a dictionary {cell type: f(simplices, edges)}; elements come first.
 template <class F>
 py::dict by_cell_type(const MeshHandle& mesh, F&& f) {
     py::dict out;
@@ -85,7 +84,6 @@ py::object mid_nodes(const MeshHandle& mesh) {
     });
 }
 
-/// Positions of vertices, then of edge nodes.
 py::array points(const MeshHandle& mesh) {
     return on(mesh, [&]<int D>(const Mesh<D>& m) -> py::array {
         if (m.degree == 1) return view_of<double>(m.points, D);
@@ -149,7 +147,7 @@ MeshArrays<D> arrays_in(const Array<double>& points, const py::dict& cells, cons
     return arrays;
 }
 
-/// Precondition: the shapes of the arrays are checked. `flat`: triangles in one plane become a 2D mesh.
+/// Builds a mesh from arrays whose shapes are checked. With `flat`, triangles in one plane become a 2D mesh.
 MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const py::dict& references,
                        const std::vector<std::tuple<int, Reference, std::string>>& names, bool flat) {
     const auto result = [&]() -> Outcome<DecodedMesh> {
@@ -166,7 +164,6 @@ MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const
     return handle_of(value_of(result));
 }
 
-/// Row of each node in the input; -1 for a new node.
 py::array given_rows(const MeshHandle& mesh) {
     py::array_t<std::int64_t> rows(static_cast<py::ssize_t>(mesh.nodes()));
     std::int64_t* const to = rows.mutable_data();

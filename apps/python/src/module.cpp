@@ -63,7 +63,8 @@ void BackgroundTask::visit_python() {
         try {
             if (PyErr_CheckSignals() != 0) throw py::error_already_set();
             if (progress && !progress_.is_none()) {
-                // If the callback returns None, the work continues; False stops it, also a NumPy False.
+                // The callback stops the work if it returns False, also a NumPy False. None means that the work
+                // continues.
                 const py::object answer = progress_(progress->first, progress->second);
                 const int is_continuing = answer.is_none() ? 1 : PyObject_IsTrue(answer.ptr());
                 if (is_continuing < 0) throw py::error_already_set();
@@ -93,7 +94,7 @@ bool BackgroundTask::call(std::function<void()> f) {
 
 namespace {
 
-/// Main function of the process that reads CAD models: a second Python interpreter.
+/// Reads a CAD model. It is the main function of a second Python process that this module starts.
 int read_cad(const std::vector<std::string>& words) {
     std::vector<const char*> arguments;
     arguments.reserve(words.size());

@@ -1,5 +1,5 @@
 #pragma once
-// Declarations of camber._camber: exceptions, work on threads, numpy arrays, meshes.
+// Declarations of the module camber._camber: exceptions, work on threads, numpy arrays, meshes.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
@@ -41,15 +41,15 @@ T value_of(Outcome<T> outcome) {
     return std::move(*outcome);
 }
 
-/// Runs work on its own thread, without the interpreter's lock. Meanwhile the calling thread handles signals, reports
-/// the progress, and runs Python callbacks.
+/// Runs work on its own thread, which does not hold the lock of the interpreter. Meanwhile the calling thread handles
+/// signals, reports the progress, and runs Python callbacks.
 class BackgroundTask {
   public:
     /// `progress`: None or a function of stage and share (0 to 1); if it returns False, the work stops.
     explicit BackgroundTask(py::object progress) : progress_(std::move(progress)) {}
 
-    /// Runs f(host) on another thread. Raises exceptions of Python callbacks (KeyboardInterrupt, `progress`), else f's
-    /// error.
+    /// Runs f(host) on another thread. Raises an exception of a Python callback (KeyboardInterrupt, `progress`) if
+    /// there is one, else the error that f returned.
     template <class F>
     auto run(F&& f) {
         using Result = std::invoke_result_t<F, app::Host>;
@@ -68,8 +68,8 @@ class BackgroundTask {
         return value_of(std::move(*result));
     }
 
-    /// The work calls this to run f on the calling thread with the interpreter's lock. False if f raised; then the work
-    /// must end.
+    /// Called by the work to run f on the calling thread with the interpreter's lock. Returns false if f raised; the
+    /// work must then end.
     bool call(std::function<void()> f);
 
   private:
@@ -81,7 +81,7 @@ class BackgroundTask {
     std::mutex mutex_;
     std::condition_variable changed_;
     bool done_ = false;
-    std::function<void()> pending_call_;  ///< callback that waits for the calling thread
+    std::function<void()> pending_call_;
     std::optional<std::pair<std::string, double>> pending_progress_;
     std::stop_source stop_;
     std::exception_ptr raised_;
@@ -89,7 +89,8 @@ class BackgroundTask {
 
 // ---------------------------------------------------------------- arrays
 
-/// Read-only view of a column as rows of `width` numbers (0: one-dimensional); it keeps the column alive.
+/// Read-only array that shares the memory of a column and keeps it alive. Rows have `width` numbers; 0: the array is
+/// one-dimensional.
 template <class Number, class T>
 py::array view_of(const Column<T>& column, std::size_t width) {
     const auto rows = static_cast<py::ssize_t>(column.size());
@@ -104,10 +105,11 @@ py::array view_of(const Column<T>& column, std::size_t width) {
 
 py::array read_only(py::array array);
 
-/// Keeps an immutable array alive until any thread releases it; null if the array may change and must be copied.
+/// Owner that keeps an immutable array alive; any thread may release it. Null if the array may change, and so must be
+/// copied.
 std::shared_ptr<const void> owner_of(const py::array& array);
 
-/// Shares the memory of an immutable array, else copies.
+/// Column that shares the memory of the array if it is immutable, else copies it.
 template <class T, class Number>
 Column<T> column_of(const py::array_t<Number, py::array::c_style | py::array::forcecast>& array) {
     const auto count = static_cast<std::size_t>(array.size()) * sizeof(Number) / sizeof(T);
@@ -116,12 +118,13 @@ Column<T> column_of(const py::array_t<Number, py::array::c_style | py::array::fo
     return owner ? Column<T>(items, std::move(owner)) : Column<T>(Buffer<T>(items.begin(), items.end()));
 }
 
-/// Returns {name: values at nodes}, with the shape (n,) for scalars, (n, D) for vectors, (n, D, D) for tensors.
+/// Returns a dictionary from names to values at nodes. The shape of values is (n,) for scalars, (n, D) for vectors, (n,
+/// D, D) for tensors.
 py::dict arrays_of(const std::vector<run::NamedField>& fields, int dimension);
 /// Inverse of `arrays_of`. The number of rows must be `vertices` or `nodes`. Raises for other shapes.
 std::vector<run::NamedField> fields_of(const py::dict& fields, int dimension, std::size_t vertices, std::size_t nodes);
 
-/// Metric from sizes (n,) or tensors (n, D, D). Raises for other shapes.
+/// Metric from an array of sizes (n,) or tensors (n, D, D). Raises for other shapes.
 Solution metric_of(const py::array& rows, int dimension, const std::string& name);
 py::array array_of(const Solution& metric);
 
@@ -129,17 +132,17 @@ py::array array_of(const Solution& metric);
 
 struct MeshHandle {
     DecodedMesh value;
-    /// Input number (from 1) of each node, 0: a new node; empty: 1, 2, 3 …
+    /// For each node its number in the input, from 1, or 0 for a new node. Empty: the numbers are 1, 2, 3 …
     Column<std::uint32_t> input_numbers = {};
 
     [[nodiscard]] int dimension() const;
     [[nodiscard]] int degree() const;
     [[nodiscard]] std::size_t vertices() const;
-    /// Number of vertices and, for degree 2, edge nodes.
+    /// Number of vertices, plus that of edge nodes for degree 2.
     [[nodiscard]] std::size_t nodes() const;
 };
 
-/// Moves `node_numbers` to `input_numbers`, so that messages use the node numbers of the mesh.
+/// Moves `node_numbers` to `input_numbers`, because messages must show the node numbers of the mesh.
 [[nodiscard]] MeshHandle handle_of(DecodedMesh mesh);
 
 void bind_mesh(py::module_& module);

@@ -1,4 +1,4 @@
-// Verbs of the Python module. Arguments are the words of the command line.
+// Verbs of the Python module. Their arguments are the words of a command line.
 #include "python.hpp"
 
 #include <pybind11/numpy.h>
@@ -28,7 +28,6 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// The fields have a row for each vertex or for each node.
 std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict& fields) {
     bool is_at_vertices = true;
     for (const auto& [name, values] : fields) {
@@ -40,7 +39,8 @@ std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict&
     return fields_of(fields, mesh.dimension(), mesh.vertices(), nodes);
 }
 
-/// Values by their name in a config, such as {"memory:mesh": Mesh}. All metrics and solutions belong to one mesh.
+/// Objects in memory by the name that a config uses for them, for example {"memory:mesh": Mesh}. All metrics and
+/// solutions belong to one mesh.
 struct InMemory {
     py::dict meshes, metrics, solutions;
 };
@@ -90,15 +90,15 @@ py::dict run_words(const Words& words, const InMemory& values, const MeshHandle&
     return run_pipeline(std::move(pipeline), memory_inputs_of(values, &mesh), progress);
 }
 
-/// `solver`: None or a function of a mesh, the solution transferred to it, and the cycle number.
+/// `solver`: None, or a function with three arguments: a mesh, the solution transferred to it, and the cycle number.
 py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::MemoryInputs specified, const py::object& solver,
                         const py::object& progress) {
     if (solver.is_none() && !pipeline.adapt.solve.empty())
         raise({ErrorKind::usage,
-               "is a command, which the program runs",
+               "is a command, which only the program can run",
                "/adapt/solve",
                {},
-               "give a function as solve, or use camber run"});
+               "give a function for solve, or use camber run"});
     BackgroundTask watched(progress);
     const app::Solver solve = [&](const DecodedMesh& on, const std::vector<run::NamedField>& guess,
                                   int cycle) -> Outcome<std::vector<run::NamedField>> {

@@ -22,7 +22,8 @@ struct CurveJet {
     Point point, first, second;
 };
 
-/// A surface with closed-form distances, in millimetres. z is along its axis or normal, x points to u = 0.
+/// A surface with closed-form distances, in millimetres. The z axis is along its axis or normal, the x axis points to u
+/// = 0.
 struct ClosedForm {
     enum class Kind { none, plane, cylinder, sphere, torus };
     Kind kind = Kind::none;
@@ -33,12 +34,13 @@ struct ClosedForm {
 
 struct FaceFacts {
     bool is_plane = false;
-    bool has_closed_form = false;      ///< nearest_parameters is available
+    bool has_closed_form = false;      ///< `Kernel::nearest_parameters` is available
     ClosedForm form = {};              ///< set if `has_closed_form`
-    bool is_reversed = false;          ///< the outward normal is −u × v
+    bool is_reversed = false;          ///< the outward normal is opposite to ∂/∂u × ∂/∂v
     std::array<double, 2> low, high;   ///< parameter bounds
     std::array<double, 2> period{};    ///< 0: not periodic
-    std::array<std::size_t, 2> cells;  ///< per direction; searches from the middles of so many cells find all minima
+    std::array<std::size_t, 2> cells;  ///< number per direction such that searches from the middles of all cells find
+                                       ///< all minima
     std::vector<std::size_t> edges;    ///< distinct edges with curves
 };
 
@@ -48,15 +50,16 @@ struct EdgeFacts {
     std::size_t cells = 1;
     std::vector<std::size_t> vertices;  ///< end vertices; one if the edge is closed
     std::vector<std::size_t> faces;     ///< distinct adjacent faces
-    double turn = half_turn;            ///< largest angle between the outward normals of its two faces (radians)
+    double turn = half_turn;            ///< largest angle between the outward normals of the edge's two faces (radians)
 
-    static constexpr double half_turn = 3.141592653589793;  ///< `turn` without exactly two faces
+    static constexpr double half_turn = 3.141592653589793;  ///< value of `turn` if the edge does not have two faces
+                                                            ///< with normals
 };
 
 struct Losses {
-    std::size_t faces = 0;        ///< not converted
-    std::size_t entities = 0;     ///< transfer failed
-    std::size_t open_shells = 0;  ///< in solids
+    std::size_t faces = 0;        ///< faces that were not converted
+    std::size_t entities = 0;     ///< entities whose transfer failed
+    std::size_t open_shells = 0;  ///< open shells in solids
 };
 
 /// An immutable, thread-safe CAD model.

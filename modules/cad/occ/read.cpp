@@ -61,7 +61,6 @@ double millimetres_of(std::string name) {
     return 0;
 }
 
-/// Suppresses output of the readers during its lifetime.
 class OutputSilencer {
   public:
     OutputSilencer() : out_(std::cout.rdbuf(null_stream_.rdbuf())), err_(std::cerr.rdbuf(null_stream_.rdbuf())) {

@@ -46,11 +46,10 @@ namespace camber::occ {
 
 namespace {
 
-/// Parameter grid of a trimmed face. Cells that no edge crosses are entirely inside or outside the face; OpenCASCADE
-/// decides once for each connected group of them. Points in other cells need OpenCASCADE.
+/// Parameter grid of a trimmed face. Cells that no edge crosses are entirely inside or outside the face. OpenCASCADE
+/// classifies each connected group of such cells once, and single points in the other cells.
 class DomainGrid {
   public:
-    /// `fineness`: factor of the number of cells per direction.
     DomainGrid(const TopoDS_Face& face, const FaceFacts& facts, BRepTopAdaptor_FClass2d& domain, std::size_t fineness);
 
     /// True if (u, v) is inside the face; empty in cells that an edge may cross.
@@ -59,11 +58,10 @@ class DomainGrid {
   private:
     [[nodiscard]] std::size_t cell_of(double x, std::size_t k) const;
     [[nodiscard]] double middle_of(std::size_t cell, std::size_t k) const;
-    /// Cells that edges may cross: in the boxes of two successive edge points, widened by the box's size. Empty if an
-    /// edge has no parameter curve.
+    /// Marks each cell that an edge may cross: all cells in the box of two successive edge points, widened by its size.
+    /// Empty if an edge has no parameter curve.
     [[nodiscard]] std::vector<bool> crossed_by_edges(const TopoDS_Face& face, std::size_t pieces) const;
     void mark(const gp_Pnt2d& from, const gp_Pnt2d& to, std::vector<bool>& crossed) const;
-    /// Returns the cells connected to `cell`, and marks them as grouped.
     [[nodiscard]] std::vector<std::size_t> group_of(std::size_t cell, std::vector<bool>& is_grouped) const;
     /// Tests some cells of a group by OpenCASCADE; if they disagree (open loops), the group stays undecided.
     void decide(const std::vector<std::size_t>& group, BRepTopAdaptor_FClass2d& domain);
@@ -94,7 +92,7 @@ class Domain {
 
 constexpr std::size_t most_cells = 1024;  // per direction
 
-/// Cells per direction: more for faces with many edges, possibly holes.
+/// Cells per direction. Faces with many edges may have holes and get more cells.
 std::size_t side_for(const TopoDS_Face& face) {
     constexpr double least = 64, most = 256, edges_of_few = 4;
     std::size_t edges = 0;
@@ -294,7 +292,7 @@ ClosedForm closed_form(const GeomAdaptor_Surface& kind, double scale) {
     }
 }
 
-/// Cells per direction. A spline can bend once per degree in each span.
+/// Number of search cells per direction. A spline can bend once per degree in each span.
 std::array<std::size_t, 2> cells_of(const GeomAdaptor_Surface& kind) {
     constexpr int least = 8, most = 64, swept = 32;
     if (kind.GetType() == GeomAbs_BSplineSurface) {
@@ -410,7 +408,6 @@ class Shape final : public Kernel {
     }
 
   private:
-    /// True if `uv`, shifted by whole periods, is within the face's parameter bounds.
     [[nodiscard]] static bool is_within(const FaceFacts& facts, const std::array<double, 2>& uv) {
         constexpr double beyond = 1e-12;
         for (std::size_t k = 0; k < 2; ++k) {
@@ -470,7 +467,8 @@ class Shape final : public Kernel {
         surfaces_.push_back(std::move(surface));
     }
 
-    /// Outward unit normal of a face at a share of the edge's parameter range, if it exists.
+    /// Outward unit normal of a face at a point of its edge, if it exists. `share`: parameter of the point, from 0 to
+    /// 1.
     [[nodiscard]] std::optional<gp_Dir> outward_normal(const TopoDS_Edge& edge, const TopoDS_Face& face,
                                                        std::size_t number, double share) const {
         double first = 0, last = 0;

@@ -44,7 +44,8 @@ std::size_t largest_of(const SplineBasis::Values& at, std::size_t degree) {
     return static_cast<std::size_t>(std::max_element(begin, begin + static_cast<std::ptrdiff_t>(degree) + 1) - begin);
 }
 
-/// Derivatives of the functions of degree `to` from functions of degree `to` - 1, in the span at knot i.
+/// Computes the derivatives of the basis functions of degree `to` from the basis functions of degree `to` − 1, in the
+/// span that begins at knot i.
 void differentiate(const std::vector<double>& knots, std::size_t i, std::size_t to, const Row& from, Row& out) {
     const auto factor = static_cast<double>(to);
     double before = 0;
@@ -107,7 +108,7 @@ void SplineBasis::evaluate(double t, Values& out) const {
     const auto i = static_cast<std::size_t>(after - knots_.begin()) - 1;
     out.first = i - p;
     auto& [values, first, second] = out.functions;
-    Row left, right, lower, lowest, slope;  // `lower`, `lowest`: values of one and two degrees less
+    Row left, right, lower, lowest, slope;  // `lower`, `lowest`: basis functions of one and two degrees less
     values[0] = 1;
     for (std::size_t q = 1; q <= p; ++q) {
         if (q == p) std::copy_n(values.begin(), q, lower.begin());
@@ -247,7 +248,7 @@ std::optional<RevolvedSpline> RevolvedSpline::of(const Handle(Geom_Surface) & su
 
 SurfaceJet RevolvedSpline::evaluate(double u, double v) const {
     const double c = std::cos(u), s = std::sin(u);
-    // Rotates a vector, with two derivatives by the angle.
+    // Rotates a vector, and computes two derivatives of the result by the angle.
     const auto turned = [&](const Point& x, Point& value, Point& first, Point* second) {
         const double along = x[0] * axis_[0] + x[1] * axis_[1] + x[2] * axis_[2];
         for (std::size_t k = 0; k < 3; ++k) {
