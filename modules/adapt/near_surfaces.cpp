@@ -284,8 +284,8 @@ class FarFacets final : public Pass<D> {
         }
     }
 
-    /// True if the normals of both new facets are near those of the surface, or near their opposites if this holds for
-    /// the more accurate old facet.
+    /// True if the normals of both new facets are near those of the surface, up to the sign of the more accurate old
+    /// facet.
     [[nodiscard]] bool follows_surface(const Adaptation<D>& r, const Cavity<D>& cavity,
                                        const std::array<VertexId, 2>& ends) const
         requires(D == 3)
@@ -296,7 +296,6 @@ class FarFacets final : public Pass<D> {
             const auto& vertices = r.mesh.facets.vertices[f];
             return *std::ranges::find_if(vertices, [&](VertexId v) { return v != ends[0] && v != ends[1]; });
         };
-        /// Minimum cosine between the normals of facet and surface. Its sign depends on the order of corners.
         const auto along = [&](const std::array<Vec<3>, 3>& corners) {
             const FacetSite<3> site{{}, r.mesh.facets.references[cavity.facets[0]], corners};
             const auto normals = (*goal_.geometry)->normals_at(site);
@@ -320,7 +319,7 @@ class FarFacets final : public Pass<D> {
     }
 
     static constexpr double any_cosine = -2;
-    static constexpr double least_cosine = 0;  ///< existing facets may approximate the surface badly
+    static constexpr double least_cosine = 0;
     const AdaptationGoal<D>& goal_;
     const SplitOptions& options_;
     Approach approach_;

@@ -108,7 +108,8 @@ std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const Adapta
     if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
     sample_field(r, goal, r.vertices.metrics[a].back, request);
     request.fixed_element_count = request.cavity.elements.size();
-    // All cavities contain these elements. If one of their vertices is too near, the split is rejected at once.
+    // Every cavity of this split contains the elements at the edge. If one of their vertices is too near, the split is
+    // rejected at once.
     const ConePoint<D> point{request.place, &request.metric, &request.gradient,
                              request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
     BentSpokes<D> spokes(r, goal);
@@ -271,8 +272,8 @@ class Removals final : public Pass<D> {
         limits.corrections = 0;
         limits.two_facet_elements = TwoFacetElements::refused;
         limits.facet_distance = 0.2;  // as in `CollapseOptions`
-        // Shapes are exact for straight elements, and estimates for curved ones. Candidates below this limit are not
-        // planned.
+        // Shapes are exact for straight elements, and estimates for curved ones. Candidates below `nearly` times the
+        // required shape are not planned.
         const double nearly = r.mesh.is_curved() ? 0.7 : 1;
         const double least = is_off_geometry ? 0 : nearly * std::max(limits.min_shape, 0.0);
         const VertexId into = best_neighbour(r, goal_, request.cavity, v, least);

@@ -93,7 +93,8 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
         for (int k = 0; k < D; ++k) y[i][k] = dot(point.metric->measure.rows[k], x);
         squares[i] = norm_squared(y[i]);
     }
-    // The determinants are expanded by the last column. The minors are volumes of an outward face and the point.
+    // The determinants are expanded by the last column. A minor is the volume of the simplex of an outward face and the
+    // point.
     double lifted = 0;
     double volume = 0;
     for (int i = 0; i <= D; ++i) {

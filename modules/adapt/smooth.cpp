@@ -141,7 +141,8 @@ class Moves final : public Pass<D> {
         const std::size_t worst = worst_of(r, request.cavity.elements);
         cones.begin_with(worst);
         cones.place_at(v);
-        const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // while the cones are at `v`
+        const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // computed now, while the cones are
+                                                                                  // at `v`
         const double here = r.mesh.is_curved() ? cones.worst_shape(v) : std::max(before, 0.0);
         BestPlace best{{}, {}, gain_ * here};
         const double least = best.shape;
@@ -259,7 +260,7 @@ class Moves final : public Pass<D> {
         Vec<D> n = facet_normal(face);
         if (dot(n, face[0]) > 0) n *= -1.0;
         const double height = std::sqrt((D + 1.0) / (2.0 * D)) / norm(n);
-        // The rows are orthogonal, so the inverse of the map divides by their squared norms.
+        // The rows are orthogonal, so the inverse of the coordinate map divides by their squared norms.
         for (int k = 0; k < D; ++k) centre += (height * n[k] / norm_squared(rows[k])) * rows[k];
         return centre;
     }

@@ -67,7 +67,7 @@ class BentEdges {
   public:
     BentEdges(const Adaptation<3>& r, const AdaptationGoal<3>& goal) : r_(r), goal_(goal) {}
 
-    /// At most `most` vertices.
+    /// Returns the index of the vertex. At most `most` vertices can be added.
     std::size_t add(VertexId v);
     [[nodiscard]] VertexId vertex(std::size_t i) const { return vertices_[i].id; }
     void take_edges(ElementId e);
@@ -110,15 +110,15 @@ class BentEdges {
 [[nodiscard]] BentSwap best_around_edge(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring,
                                         double gain);
 
-/// Returns the best swap of one of these faces, under the same condition.
+/// Returns the best swap of one of these faces. Its point is invalid as for `best_around_edge`.
 [[nodiscard]] BentSwap best_without_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal, ElementId e,
                                          std::span<const int> faces, double gain);
 
 /// Grows a Delaunay cavity of a point in the point's metric (paper §1.3). Starts from the elements that contain the
 /// point. Adds the element across a face without a facet if the point is inside the element's circumsphere (2D:
 /// circumcircle), up to `most` elements. Excludes an element if its vertex opposite the face has a metric length of
-/// less than `shortest` to the point. Degree 2: the end of the edge's tangent replaces each vertex. `spokes`: edges
-/// from the point, extended to all visited vertices.
+/// less than `shortest` to the point. Degree 2: a vertex is replaced by the end of the tangent of its edge from the
+/// point. `spokes`: edges from the point, extended to all visited vertices.
 template <int D>
 void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t most, double shortest, Cavity<D>& cavity);
 

@@ -47,8 +47,7 @@ Class class_of(const LinearMesh<D>& mesh, std::size_t f) {
     return {mesh.facets.references[f], mesh.facets.entities.empty() ? 0 : mesh.facets.entities[f]};
 }
 
-/// Returns a face for each class: at least 90 % of the facets of the class that clearly fit one face fit this face.
-/// Classes without such a face are omitted.
+/// Returns the face of each class that has one: at least 90 % of its unambiguous facets fit this face.
 template <int D>
 std::map<Class, std::size_t> faces_of_classes(const LinearMesh<D>& mesh, std::span<const CadFit> fits) {
     constexpr double nearly_all = 0.9;

@@ -397,7 +397,7 @@ FaceDistances::Place FaceDistances::place_at(const Vec<3>& from, const Parameter
 void FaceDistances::set_start(const Vec<3>& p) {
     if (!first_of_row_ || !(norm_squared(first_of_row_->from - p) < norm_squared(last_->from - p))) return;
     last_ = first_of_row_;
-    first_of_row_.reset();  // p starts the next row of points
+    first_of_row_.reset();  // the next row of points starts with p
 }
 
 void FaceDistances::remember(const Place& place) {
@@ -412,8 +412,8 @@ double FaceDistances::distance(const Vec<3>& p) {
     return foot.distance;
 }
 
-/// True if the face is within the distance `bound` of p. The surface point at `uv` is, but it may be outside the face.
-/// Edges are tested first, because OpenCASCADE is slower.
+/// True if the face is within the distance `bound` of p. The surface point at `uv` is within this distance, but may be
+/// outside the face. Edges are tested first, because OpenCASCADE is slower.
 bool FaceDistances::is_face_within(double bound, const Vec<3>& p, const std::array<double, 2>& uv) {
     const occ::Kernel& kernel = *model_->parts().kernel;
     const Parameters own = turned(uv, kernel.faces[face_]);

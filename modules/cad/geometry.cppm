@@ -105,7 +105,6 @@ struct CadGeometry {
         if (row == all.end() || row->first != reference) return {};
         return row->second;
     }
-    /// Faces (2D: edges) with facets, ascending.
     [[nodiscard]] std::vector<std::size_t> met() const {
         std::vector<std::size_t> all;
         for (const auto& [reference, faces] : association.of_references)

@@ -53,7 +53,6 @@ Library loaded() {
     return library;
 }
 
-/// Returns the kernel that open(library, opened) makes. Errors name `path`.
 template <class Open>
 Outcome<std::unique_ptr<const occ::Kernel>> kernel_by(const std::string& path, Open&& open) {
     static const Library library = loaded();
@@ -142,7 +141,6 @@ CadLosses CadModel::losses() const {
 
 namespace {
 
-/// Builds a model's search structures. Errors name `path`.
 Outcome<CadModel> model_with(std::unique_ptr<const occ::Kernel> kernel, const std::string& path) {
     if (kernel->edges.empty() && kernel->faces.empty())
         return fail(ErrorKind::input, "the model has no faces and no edges", path, {},

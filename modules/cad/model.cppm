@@ -160,7 +160,7 @@ struct CadAssociation {
     std::size_t facets = 0;  ///< facets on the model
 
     /// `ridges`: mesh edges on a model edge between two faces. `corners`: mesh vertices on a model vertex of three or
-    /// more faces. Both are ascending. Some are smooth, so the mesh alone does not show them.
+    /// more faces. Both are ascending. Some model edges are smooth, so the mesh alone does not show them.
     std::vector<EdgeId> ridges;
     std::vector<VertexId> corners;
 

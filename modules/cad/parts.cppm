@@ -71,7 +71,7 @@ struct CadParts {
 [[nodiscard]] double least_distance(const CadParts& parts, std::size_t face, const Vec<3>& p);
 
 /// Computes distances from a face, equal to those of `closest_on_face` up to rounding. Each search starts at an earlier
-/// closest point: pass neighbouring points consecutively.
+/// closest point, so pass neighbouring points consecutively.
 class FaceDistances {
   public:
     /// `start`: parameters near the first point, or null.
@@ -84,7 +84,7 @@ class FaceDistances {
 
   private:
     struct Place {
-        Vec<3> from;  ///< point to which this is the closest point
+        Vec<3> from;  ///< point whose closest point is this place
         std::array<double, 2> uv{};
         occ::SurfaceJet jet{};
     };
@@ -204,9 +204,9 @@ inline constexpr double smooth_reach = 0.005;
 }
 
 /// Returns the entity where two or more faces (ascending) meet. It is the first of these that exists:
-/// - The edge between the faces, if all points are within reach.
+/// - The edge between the faces, if all points are within reach and no chain (see below) is nearer.
 /// - For one virtual face: its face nearest to the middle of the points.
-/// - For two virtual faces: the chain of edges between them, if within reach. It precedes an edge that is farther.
+/// - For two virtual faces: the chain of edges between them, if within reach.
 /// - The closest edge between two of the faces, beyond reach.
 [[nodiscard]] Junction junction_at(const CadModel& model, std::span<const std::size_t> faces,
                                    std::span<const Vec<3>> points, const Reach& reach);

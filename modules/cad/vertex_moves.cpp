@@ -241,7 +241,7 @@ template <int D>
 Outcome<VerticesOnModel<D>> vertices_onto(const CadModel& model, const CadAssociation& association,
                                           const LinearMesh<D>& mesh, const Geometry<D>& geometry,
                                           const Execution& execution) {
-    constexpr double off = 1e-12;  // relative to the model's size; below it is rounding
+    constexpr double off = 1e-12;  // relative to the model's size; smaller distances are rounding
     return guarded([&]() -> Outcome<VerticesOnModel<D>> {
         const auto around = facet_balls(mesh, without_progress(execution));
         if (!around) return fail(around.error());

@@ -220,7 +220,7 @@ Junction junction_at(const CadModel& model, std::span<const std::size_t> faces, 
     if (edge && junction.distance <= reach.smooth) return junction;
     if (groups == 1) return nearest_of(model, faces, points);
     const bool is_near = edge && !is_smooth && junction.distance <= reach.ridge;
-    // The edge between these two faces may end before the points; another edge then continues the chain.
+    // The edge between these two faces may end before it reaches the points. Another edge then continues the chain.
     if (groups == 2)
         if (const auto chain = chain_at(model, faces, points, reach.ridge))
             if (!is_near || chain->distance < junction.distance) return *chain;
@@ -243,7 +243,6 @@ Junction junction_at_vertex(const CadModel& model, std::span<const std::size_t> 
 
 namespace {
 
-/// Disjoint sets of faces, each identified by its lowest face.
 class JoinedFaces {
   public:
     explicit JoinedFaces(std::size_t faces) : lowest_(faces) {
@@ -281,7 +280,7 @@ std::optional<std::size_t> nearest_of_all(const CadModel& model, std::span<const
 Vec<3> in_space(const Vec<2>& p) { return {{p[0], p[1], 0}}; }
 Vec<3> in_space(const Vec<3>& p) { return p; }
 
-/// Other faces on which vertices of a facet are, beyond the rim of its associated face.
+/// Faces that a facet reaches beyond the rim of its associated face.
 struct Span {
     std::vector<std::array<std::size_t, 2>> pairs;  ///< pairs of faces that the facet joins
     std::optional<Vec<3>> ridge;                    ///< point where the facet crosses a ridge

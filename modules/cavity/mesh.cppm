@@ -120,7 +120,7 @@ struct DynamicMesh {
     Column<LagrangeNode<D>> nodes;                              ///< empty for a straight mesh
     DynamicSimplices<D - 1> facets;
     Column<FacetSides> sides;
-    Column<EdgeId> lines;  ///< edges of lines (3D)
+    Column<EdgeId> lines;  ///< edge of each line (3D)
     Column<Reference> line_references, line_entities;
     Column<Marks> line_marks;
 

@@ -345,7 +345,9 @@ template <int D>
 bool StarBuilder<D>::lines_preserve_facets() {
     for (const auto& [line, opposite] : out_.lines) {
         const auto& ends = mesh_.edges[mesh_.lines[line]];
-        if (ends[opposite] == point_) continue;  // the line at the point is created again, and its facets are counted
+        if (ends[opposite] == point_)
+            continue;  // the line at the point is created again, and its facets are counted
+                       // already
         const auto is_on_line = [&](FacetId f) {
             const auto& v = mesh_.facets.vertices[f];
             return local_vertex(v, ends[0]) >= 0 && local_vertex(v, ends[1]) >= 0;

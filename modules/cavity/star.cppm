@@ -215,8 +215,8 @@ class StarWorkspace {
         bool lost_facet = false;
         bool preserves_facet = false;  ///< the vertex is on a border of the removed facets
         std::uint8_t facets = 0;       ///< number of facets on the edge after the operation
-        std::uint8_t before = 0;       ///< for a line: number of facets before, on this edge or on the line that it
-                                       ///< continues
+        std::uint8_t before = 0;       ///< for a line: number of facets before, on this edge or on the removed line
+                                       ///< that it continues
         Reference reference = 0;       ///< reference of the facets
     };
     std::vector<ToPoint> to_point;
@@ -312,7 +312,7 @@ class StarBuilder {
     [[nodiscard]] bool is_inside(std::span<const OpenSide> sides, std::size_t first, std::size_t last) const;
     /// True if each connected piece of removed facets has a border. A closed piece would vanish.
     [[nodiscard]] bool pieces_have_sides();
-    /// True if each connected piece of removed lines has an end that is the point or stays.
+    /// True if each connected piece of removed lines has an end that stays in the mesh or is the point.
     [[nodiscard]] bool pieces_have_ends(std::span<const LineAt> ends);
     /// Joins the border sides of removed facets to the point, before elements (paper §1.3). A side between two removed
     /// facets of one reference is on the border only if a line stays there.
@@ -350,7 +350,7 @@ class StarBuilder {
         passing_reference_ = reference;
         ++passing_;
     }
-    /// Checks that no lines pass through the point, or two lines of one reference.
+    /// Checks that no line passes through the point, or exactly two lines of one reference.
     StarFailure line_at_point();
     std::size_t facets_at_point_ = 0;
     std::size_t passed_before_ = 0;  ///< number of lines (2D: facets) at the point before the operation

@@ -99,7 +99,6 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
 
 namespace {
 
-/// True if the offset exceeds a thousandth of the chord.
 template <int D>
 [[nodiscard]] bool is_noticeable(const Vec<D>& offset, const Vec<D>& chord) {
     return norm_squared(offset) > 1e-6 * norm_squared(chord);
@@ -177,8 +176,6 @@ class Curving {
         return *placed + *measured;
     }
 
-    /// Offsets for the aim accuracy after all limits, and the numbers of offsets that `limit_smooth_loss` and
-    /// `limit_by_jacobian` reduced.
     struct LimitedOffsets {
         Buffer<Vec<D>> offsets;
         std::size_t loss_limited = 0, relaxed = 0;
@@ -390,7 +387,6 @@ namespace {
 
 /// Displacements below this length in the metric are ignored.
 constexpr double negligible = 0.01;
-/// Elements below this scaled Jacobian count as folded.
 constexpr double min_back_jacobian = 0.1;
 
 template <int D>

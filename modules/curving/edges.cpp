@@ -123,7 +123,6 @@ constexpr double max_weight = 16;
 /// Models are fitted to lengths at offsets for which the energy predicts this relative increase of the length.
 constexpr double fitted_loss = 1e-3;
 
-/// Returns a basis that is orthonormal in the inner product H, with its first vector along `tangent`.
 template <int D>
 std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     std::array<Vec<D>, D> basis{tangent};
@@ -143,7 +142,6 @@ std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     return basis;
 }
 
-/// Returns Σ_k w_k (H b_k)(H b_k)ᵀ for the basis vectors b_k and `weights` w_k. This is H if all weights are 1.
 template <int D>
 Sym<D> weighted(const Sym<D>& h, const std::array<Vec<D>, D>& basis, const Vec<D>& weights) {
     Sym<D> out;
@@ -163,7 +161,6 @@ Sym<D> with_cheap_slides(const Sym<D>& h, const Vec<D>& tangent) {
     return weighted<D>(h, basis_along(h, tangent), weights);
 }
 
-/// Weights each basis direction by the relative increase of the length, `loss(offset)`, at an offset along it.
 template <int D, class Loss>
 Sym<D> fitted(const Sym<D>& h, const Vec<D>& tangent, Loss&& loss) {
     const auto basis = basis_along(h, tangent);

@@ -22,7 +22,7 @@ enum class CurvingAim : std::uint8_t {
     accuracy,  ///< minimum interpolation error of functions for which the metric is optimal; closed form
                ///< (`accurate_offsets`)
     energy,    ///< minimum energy ∫ l'ᵀ M l' dt of the edge l(t) in the metric M
-    length,    ///< minimum Riemannian length (paper, §2.2)
+    length,
 };
 
 /// Edges whose lengths are reported; measuring costs more than curving.
@@ -41,7 +41,6 @@ enum class MeasuredEdges : std::uint8_t {
     return hash * edges < (std::uint64_t{enough} << 32);
 }
 
-/// Options of `curve`; `aim` also sets the objective of the minimiser.
 struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
   private:
     using EdgeMinimiserOptions::objective;  // set by `aim`
@@ -72,7 +71,6 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
     friend bool operator==(const CurveOptions&, const CurveOptions&) = default;
 };
 
-/// Returns the minimiser's options for the aims `energy` and `length`.
 [[nodiscard]] EdgeMinimiserOptions search_options(const CurveOptions& options);
 
 struct SearchFlags {
@@ -152,14 +150,11 @@ template <int D>
 template <int D>
 using EdgeModels = std::function<QuadraticModel<D>(EdgeId)>;
 
-/// Returns the models of edges with target nodes for `aim`. For the aims energy and length, the models are fitted to
-/// lengths.
 template <int D>
 [[nodiscard]] EdgeModels<D> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh,
                                         const Column<LagrangeNode<D>>& target, const Incidence<ElementId>& shells,
                                         const BackMesh<D>& back);
 
-/// Returns a model without a field, from the mean natural metric of the elements.
 template <int D>
 [[nodiscard]] QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge,
                                                    const LagrangeNode<D>& target, std::span<const ElementId> shell);
@@ -209,10 +204,10 @@ struct PlacementOptions {
 };
 
 enum class PlacementStatus : std::uint8_t {
-    fixed,     ///< not moved: a volume node, a required node, or an edge on a line
-    placed,    ///< moved to a better position
+    fixed,  ///< not moved: a volume node, a required node, or an edge on a line
+    placed,
     best,      ///< not moved: the finer rule found no better position
-    off,       ///< not moved: the node is off the geometry, or all steps are
+    off,       ///< not moved: the node, or every step of it, is off the geometry
     far,       ///< not moved: better edges are too far from the geometry
     elements,  ///< not moved: the elements allow no motion
 };
@@ -224,12 +219,12 @@ struct PlacedNode {
     LagrangeNode<D> node;
     PlacementStatus status = PlacementStatus::fixed;
     bool has_left_facets = false;  ///< the node is on a facet of the surrogate surface that does not contain the edge
-    bool is_limited = false;       ///< the node moved only a part of the way
+    bool is_limited = false;
     double before = 0, after = 0;
 };
 
 struct PlacementStatistics {
-    std::size_t edges = 0;  ///< edges with nodes that could move
+    std::size_t edges = 0;
     std::size_t placed = 0, best = 0;
     std::size_t off = 0, far = 0, elements = 0;
     std::size_t walked = 0, limited = 0;  ///< placed nodes that left their facets (`walked`) or moved a part of the way
@@ -243,8 +238,8 @@ template <int D>
 struct EdgeToPlace {
     const EdgeSite<D>& site;
     LagrangeNode<D> present;       ///< current node, on the geometry
-    std::span<const Vec<D>> thin;  ///< corners on ridges, opposite the edge, which the node must not pass
-    ElementId element_at;          ///< an element that contains the edge
+    std::span<const Vec<D>> thin;  ///< corners opposite the edge that lie on ridges; the node must not pass them
+    ElementId element_at;
 };
 
 struct PlacementSearch {
@@ -282,8 +277,8 @@ struct CurveStatistics {
     std::size_t outside = 0;       ///< edges with sample points beyond the back mesh
     std::size_t lost = 0;          ///< edges with sample points not found in the back mesh
     std::size_t relaxed = 0;       ///< aim accuracy: nodes limited by elements
-    std::size_t by_walls = 0;      ///< aim accuracy: nodes moved by boundaries (1/1000 of the chord)
-    std::size_t by_metric = 0;     ///< aim accuracy: nodes moved by the metric (1/1000 of the chord)
+    std::size_t by_walls = 0;      ///< aim accuracy: nodes moved by boundaries, by more than 1/1000 of the chord
+    std::size_t by_metric = 0;     ///< aim accuracy: nodes moved by the metric, by more than 1/1000 of the chord
     std::size_t loss_limited = 0;  ///< nodes moved by less than half of the way, see `limit_smooth_loss`
 
     CurveStatistics& operator+=(const CurveStatistics& other);
@@ -306,6 +301,7 @@ template <int D>
 /// - boundary edges: their final nodes;
 /// - volume edges: nodes of the back mesh (if straight: chord middles), from which searches start and offsets for
 ///   accuracy are measured.
+///
 /// The cost is linear. Errors: columns that do not fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const MeshEdges<D>& edges, const Column<LagrangeNode<D>>& base,
@@ -327,7 +323,7 @@ template <int D>
 
 /// Lengths of volume edges by `report_points`; 0 on other and unmeasured edges.
 struct EdgeLengths {
-    Column<double> straight;  ///< lengths of the chords
+    Column<double> straight;
     Column<double> curved;
 };
 
@@ -337,7 +333,6 @@ struct EdgesOfElements {
     const Incidence<ElementId>& shells;
 };
 
-/// Measures the edges of a proposal in any field. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<EdgeLengths> edge_lengths(const EdgesOfElements<D>& source, const Proposal<D>& proposal,
                                                 const BackMesh<D>& back, MeasuredEdges measured,
@@ -355,7 +350,6 @@ template <int D>
 /// step is projected onto the surface, and the node gets new tangents there.
 namespace camber {
 
-/// Limits of a node's motion from its start.
 template <int D>
 struct NodeReach {
     static constexpr double most = 0.3;          ///< largest motion, relative to the chord
@@ -459,7 +453,6 @@ class SheetSearch {
     }
 
   private:
-    /// Halves the step `s` until it lowers the objective enough.
     template <class Objective>
     std::optional<SheetIterate<D>> along(const Objective& objective, const SheetIterate<D>& from, Vec<2>& s) const {
         constexpr double longest = 0.15;  // longest step, relative to the chord
@@ -490,7 +483,6 @@ class SheetSearch {
         return out;
     }
 
-    /// Returns the columns of a square root of a symmetric matrix.
     [[nodiscard]] static std::array<Vec<2>, 2> unit_axes(const Sym<2>& h) {
         const double a = std::sqrt(std::max(h(0, 0), 0.0));
         if (!(a > 0)) return {};

@@ -29,7 +29,6 @@ Pack loaded(const Lanes& lanes) {
     return p;
 }
 
-/// A must be positive definite or 0.
 template <int D>
 Sym<D> inverse_of(const Sym<D>& a) {
     Sym<D> adjugate;
@@ -90,7 +89,6 @@ ErrorSystem<D>::ErrorSystem(const QuadraticMesh<D>& mesh, const Column<EdgeKind>
       product_(packs() * Errors::unknowns * pack_size),
       errors_(elements_) {}
 
-/// The last element also fills the remaining lanes of the last pack.
 template <int D>
 std::size_t ErrorSystem<D>::element_of(std::size_t pack, int lane) const {
     return std::min(pack * pack_size + static_cast<std::size_t>(lane), elements_ - 1);

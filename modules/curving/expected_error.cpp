@@ -14,11 +14,9 @@ namespace camber {
 
 namespace {
 
-/// Coefficients of a linear combination of the values at lattice nodes.
 template <int D>
 using LatticeRow = std::array<double, lattice_size<D>>;
 
-/// Returns the coefficients that yield the polynomial's value at a point.
 template <int D>
 LatticeRow<D> values_row(const std::array<double, D + 1>& at) {
     const LatticeBasis<D>& basis = lattice_basis<D>();
@@ -36,10 +34,11 @@ void subtract(LatticeRow<D>& row, double factor, const LatticeRow<D>& other) {
     for (std::size_t k = 0; k < row.size(); ++k) row[k] -= factor * other[k];
 }
 
-/// Coefficients that yield u − u_h at the points of a quadrature rule, which is exact for (u − u_h)².
+/// Coefficients of the lattice values that yield the error u − u_h of the interpolant u_h at the points of a quadrature
+/// rule. The rule is exact for (u − u_h)².
 template <int D>
 struct ResidualRule {
-    std::vector<RulePoint<D>> points = conical_rule<D>(known_degree + 1);  ///< weights sum to 1/D!
+    std::vector<RulePoint<D>> points = conical_rule<D>(known_degree + 1);
     std::vector<LatticeRow<D>> rows;
 
     explicit ResidualRule(int degree) : rows(points.size()) {
@@ -135,8 +134,6 @@ template Outcome<double> expected_error<3>(const LinearMesh<3>&, const KnownSolu
 
 namespace {
 
-/// Values of the shape functions at the points of `simplex_rule`: 4 λ_i λ_j for edges, then λ_i (2 λ_i − 1) for
-/// vertices.
 template <int D>
 constexpr auto edge_functions = [] {
     std::array<std::array<double, edges_per_simplex<D>>, simplex_rule<D>.size()> at{};
@@ -167,7 +164,6 @@ template <int D>
     return polynomial;
 }
 
-/// Returns the value of the polynomial at the position displaced by `delta`, and its gradient in space.
 template <int D>
 [[gnu::always_inline]] inline PackSlope<D> value_at(const PackPolynomial<D, known_degree>& u, const PackFrame<D>& frame,
                                                     const PackVec<D>& from, const PackJacobian<D>& there,
@@ -247,7 +243,6 @@ std::size_t place_of(const std::array<int, D>& exponent) {
     return static_cast<std::size_t>(std::ranges::find(all, exponent) - all.begin());
 }
 
-/// Returns p · (slope_1 x_1 + … + constant); the degree of p must be below the maximum.
 template <int D>
 Polynomial<D> times_linear(const Polynomial<D>& p, const std::array<double, D>& slope, double constant) {
     Polynomial<D> product{};

@@ -21,14 +21,12 @@ namespace {
 /// Two surfaces form one face if the sine of the angle between their normals is below this limit.
 constexpr double smooth_sine = 0.05;
 
-/// A node is on its surface if its distance, divided by the chord, is at most this.
 constexpr double on_surface = 1e-9;
 
-/// The nearest surface point is perpendicular to a chord's middle if the tangential part of the vector between them is
-/// at most this fraction of its length.
+/// The nearest surface point counts as perpendicularly above a chord's middle if the tangential part of the vector
+/// between them is at most this fraction of its length.
 constexpr double largest_slope = 1e-6;
 
-/// Returns 1 for facets that have a surface or lie in a plane patch, otherwise 0.
 template <int D>
 Outcome<Buffer<std::uint8_t>> facets_with_surface(const LinearMesh<D>& mesh, const Features<D>& features,
                                                   const Geometry<D>& geometry, const Execution& execution) {
@@ -58,7 +56,6 @@ class SmoothFaces {
         return Faces{std::move(*with_surface), std::move(*inside)};
     }
 
-    /// Returns the point of a facet's surface nearest to p, and the unit normal there.
     [[nodiscard]] SurfaceFoot<3> foot(const FacetSite<3>& facet, const Vec<3>& p) const {
         if (const auto plane = geometry_->plane_at(facet)) {
             const Vec<3> n = normalised(plane->normal);
@@ -71,7 +68,8 @@ class SmoothFaces {
     }
     /// Returns the node of an edge on the surface of one facet. If the surface was built from facets, this is the
     /// middle of the edge on the facet's piece. Otherwise it is the surface point nearest to the chord's middle. On the
-    /// boundary of a trimmed face, this point is moved in its tangent plane until it is perpendicular to the middle.
+    /// boundary of a trimmed face, this point is moved in its tangent plane until it is perpendicularly above the
+    /// middle.
     [[nodiscard]] Vec<3> node_on(FacetId f, EdgeId e) const {
         const FacetSite<3> facet = facet_site(mesh_.linear, f);
         if (geometry_->is_built_from(facet)) return middle_of_piece(facet, e);
@@ -147,7 +145,7 @@ class SmoothFaces {
     const Features<3>& features_;
     const Geometry<3>& geometry_;
     Incidence<FacetId> shells_ = {};
-    Buffer<std::uint8_t> facets_ = {};  ///< 1: facet has a surface or a plane patch
+    Buffer<std::uint8_t> facets_ = {};
 };
 
 Outcome<Column<LagrangeNode<3>>> nodes_of_faces(const QuadraticMesh<3>& mesh, const Column<EdgeKind>& kinds,

@@ -49,11 +49,11 @@ struct ShapeOptions {
 template <int D>
 struct Shaped {
     Proposal<D> proposal;
-    int iterations = 0;          ///< iterations of `extend_boundary`
-    std::size_t solved = 0;      ///< edges that `extend_boundary` solved for
-    std::size_t steps = 0;       ///< moves of nodes by linear programs
+    int iterations = 0;
+    std::size_t solved = 0;
+    std::size_t steps = 0;
     double after_extension = 0;  ///< smallest scaled Jacobian after `extend_boundary`, at most `enough`
-    double smallest = 0;         ///< smallest scaled Jacobian at the end
+    double smallest = 0;
 };
 
 /// Curves a mesh without a field and makes its smallest scaled Jacobian large (docs/algorithms/shape.md). First, volume
@@ -73,9 +73,9 @@ namespace camber {
 template <int D>
 struct Polished {
     Buffer<LagrangeNode<D>> nodes;
-    std::size_t steps = 0;  ///< moves of nodes
-    double before = 0;      ///< smallest scaled Jacobian at the start, at most `enough`
-    double smallest = 0;    ///< smallest scaled Jacobian at the end
+    std::size_t steps = 0;
+    double before = 0;  ///< smallest scaled Jacobian at the start, at most `enough`
+    double smallest = 0;
 };
 
 /// Increases the smallest scaled Jacobian by moving volume nodes, in bands of the worst elements
@@ -146,7 +146,6 @@ struct PartNodes {
     OwnVertices owned;
     std::span<LagrangeNode<D>> nodes;
 };
-/// Applies `back_mesh_nodes` to the local parts of a mesh, in place.
 template <int D>
 [[nodiscard]] Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, PartCommunication<D>& between,
                                                const Execution& execution);

@@ -26,7 +26,6 @@ constexpr double distance_growth = 2;  // aim `length`: allowed ratio of the dis
                                        // projected middle
 constexpr int max_halvings = 6;
 
-/// Objective for `SheetSearch`: energy or length of the edge in the metric.
 template <int D>
 struct InMetric {
     static constexpr double damping = 0;
@@ -98,7 +97,6 @@ class NodeSearch {
           options_(parameters.search),
           placing_(parameters.placement) {}
 
-    /// Returns the value of the aim (length or distance) by the finer rule.
     [[nodiscard]] double measure(const SheetPosition<D>& place) const {
         if (placing_.boundary_nodes == BoundaryNodeAim::length)
             return riemannian_length(back_, QuadraticEdge<D>{p20_, {place.point}, p02_}, rules_.report, element_at_)
@@ -180,7 +178,6 @@ class NodeSearch {
         return at.place;
     }
 
-    /// Returns the largest distance of the edge from the surface at multiples of 1/8 of its parameter.
     [[nodiscard]] double farthest(const SheetPosition<D>& place) const {
         const QuadraticEdge<D> edge{p20_, {place.point}, p02_};
         double largest = 0;
@@ -210,7 +207,6 @@ class NodeSearch {
     const PlacementOptions& placing_;
 };
 
-/// Calls `use` with a search for the edge's node; returns the current node if it cannot move on a surface.
 template <int D, class Use>
 PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeToPlace<D>& edge, const BackMesh<D>& back,
                              const PlacementSearch& parameters, Use&& use) {
@@ -247,7 +243,6 @@ class Boundary {
                 {mesh_.linear.points[low], mesh_.linear.points[high]},
                 facet_sites<D>(mesh_.linear, facets_[e])};
     }
-    /// Returns the corners opposite the edge that lie on ridges.
     [[nodiscard]] std::vector<Vec<D>> thin(std::size_t e) const {
         std::vector<Vec<D>> corners;
         const auto& [low, high] = mesh_.edges.vertices[e];

@@ -66,13 +66,13 @@ struct Polish {
     const ShapeOptions& options;
     Execution execution;
     Buffer<LagrangeNode<D>> nodes;
-    Buffer<double> values;     ///< scaled Jacobian of each element
-    Buffer<double> requested;  ///< target of the scaled Jacobian of each element
+    Buffer<double> values;
+    Buffer<double> requested;
     Buffer<Turn> turns;
     Buffer<std::uint8_t> is_known;  ///< for each edge: 1 if the elements around it are unchanged since its program was
                                     ///< solved
     Buffer<Raise<D>> raises;
-    Buffer<std::uint32_t> changed_in;  ///< iteration of each element's last change
+    Buffer<std::uint32_t> changed_in;
     std::uint32_t round = 0;
 
     [[nodiscard]] double value(ElementId e) const {
@@ -116,7 +116,6 @@ Outcome<Done> solve_programmes(Polish<D>& polish, std::span<const ElementId> ele
         [&](std::size_t i) { polish.raises[edges[i].index()] = polish.raise(edges[i]); }, programme_grain);
 }
 
-/// Edge with the largest gain, if any.
 template <int D>
 EdgeId best_edge(const Polish<D>& polish, ElementId element) {
     EdgeId best;
@@ -128,7 +127,6 @@ EdgeId best_edge(const Polish<D>& polish, ElementId element) {
     return best;
 }
 
-/// Updates the values of changed elements and discards the solved programs of their edges.
 template <int D>
 Outcome<Done> look_again(Polish<D>& polish, std::span<const ElementId> changed) {
     for (const ElementId element : changed)
@@ -142,7 +140,6 @@ Outcome<Done> look_again(Polish<D>& polish, std::span<const ElementId> changed) 
                 [&](std::size_t i) { polish.values[changed[i].index()] = polish.value(changed[i]); });
 }
 
-/// Performs one iteration; replaces `waiting` by the elements of the next iteration. Returns the number of steps.
 template <int D>
 Outcome<std::size_t> take_turns(Polish<D>& polish, std::vector<ElementId>& waiting) {
     if (auto solved = solve_programmes<D>(polish, waiting); !solved) return fail(solved.error());
@@ -180,7 +177,6 @@ Outcome<std::size_t> take_turns(Polish<D>& polish, std::vector<ElementId>& waiti
     return steps;
 }
 
-/// Improves elements until each reaches its target or is stuck; returns the number of steps.
 template <int D>
 Outcome<std::size_t> raise_low(Polish<D>& polish) {
     std::vector<ElementId> waiting;
@@ -200,7 +196,6 @@ Outcome<std::size_t> raise_low(Polish<D>& polish) {
     return steps;
 }
 
-/// Sets the targets of elements below the limit, and of the rings around them, to `enough`.
 template <int D>
 void request_around(Polish<D>& polish, double limit) {
     const double enough = polish.options.enough;

@@ -55,7 +55,6 @@ template <int D>
     return corners;
 }
 
-/// Sums of quantities of elements, weighted by |K|. Positions are relative to a nearby origin.
 template <int D>
 struct Sums {
     double volume = 0, fourth = 0, sixth = 0, second_moment = 0;
@@ -69,7 +68,6 @@ struct Sums {
         return std::max(second_moment / volume - norm_squared((1 / volume) * moment), 0.0);
     }
 };
-/// Returns partial sums over the elements that the part owns.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Sums<D>>> sums_of(const LinearMesh<D>& mesh, const OwnVertices& own,
                                                     const Vec<D>& origin, const Execution& execution) {
@@ -86,7 +84,6 @@ template <int D>
         [](const Sums<D>& a, const Sums<D>& b) { return a + b; });
 }
 
-/// NaN and values above 1e38 become 1e38.
 [[nodiscard]] float as_cost(double x) { return static_cast<float>(x < 1e38 ? x : 1e38); }
 
 /// Returns |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)) for each element K; 0 if it is flat. h² is the mean squared edge length,
@@ -101,18 +98,15 @@ template <int D>
     });
 }
 
-/// Histogram of numbers, with sixteen classes for each factor of two.
 class Histogram {
   public:
     void add(std::span<const float> numbers) {
         for (const float x : numbers) ++counts_[std::bit_cast<std::uint32_t>(x) >> shift];
     }
-    /// Returns the counts, to be sent to other parts. The constructor adds up the counts of several parts.
     [[nodiscard]] std::vector<double> counts() const { return counts_; }
     explicit Histogram(std::span<const double> counts = {}) {
         for (std::size_t i = 0; i < counts.size(); ++i) counts_[i % counts_.size()] += counts[i];
     }
-    /// Returns Σ g k² over the counted numbers g, with k = 1/(1 + (g/c)²).
     [[nodiscard]] double sum(double c) const {
         double sum = 0;
         for (std::uint32_t i = 0; i < counts_.size(); ++i) {
@@ -129,7 +123,6 @@ class Histogram {
     std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // whole numbers
 };
 
-/// Returns the largest c for which `histogram.sum(c)` is within `budget`; infinity if it always is.
 [[nodiscard]] double limit_for(const Histogram& histogram, double budget) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     if (histogram.sum(infinity) <= budget) return infinity;
@@ -141,7 +134,6 @@ class Histogram {
     return exp2(low);
 }
 
-/// Concatenates the numbers that `of_part(part)` returns for all parts.
 template <int D>
 Outcome<std::vector<double>> gather_from_parts(std::span<const PartLosses<D>> parts, PartCommunication<D>& between,
                                                const auto& of_part) {
@@ -157,7 +149,6 @@ Outcome<std::vector<double>> gather_from_parts(std::span<const PartLosses<D>> pa
     return between.gather(here());
 }
 
-/// Sums over all parts; positions are relative to the mesh's first vertex.
 template <int D>
 Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, PartCommunication<D>& between,
                          const Execution& execution) {
@@ -190,7 +181,6 @@ Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, PartCommunication
     return sums;
 }
 
-/// Returns the costs g_e of the edges that the part owns; 0 for others.
 template <int D>
 Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, const Execution& execution) {
     const auto weights = weights_of(of.mesh.linear, sums, part_of(execution, 0, 0.5));
@@ -207,7 +197,6 @@ Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, co
     });
 }
 
-/// Multiplies the part's own offsets by k_e; returns the number of offsets more than halved.
 template <int D>
 Outcome<std::size_t> relax_offsets(const PartLosses<D>& of, const Buffer<float>& costs, double limit,
                                    const Execution& execution) {
@@ -276,7 +265,6 @@ class Elements {
     Elements(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base, std::span<const Vec<D>> offsets)
         : mesh_(mesh), base_(base), offsets_(offsets) {}
 
-    /// Returns the element with all its offsets multiplied by `share`.
     [[nodiscard]] Form at(std::size_t e, double share) const {
         const auto& vertices = simplices().vertices[e];
         const auto& edges = edges_of(e);
@@ -300,7 +288,6 @@ class Elements {
             return mesh_.edges.of_facets[e];
     }
 
-    /// True if an element with all its offsets reaches the scaled Jacobian `least`.
     [[nodiscard]] static bool bears(const JacobianSummary& jacobian, double least) {
         return jacobian.is_finite() && scaled(jacobian.lowest, jacobian.straight) >= least;
     }
@@ -356,12 +343,10 @@ void each_looked_at(const Elements<3, 2>& triangles, std::span<const ElementId> 
         visit(i, jacobian_summary(bounded_jacobian(triangles.at(looked_at[i].index(), 1))));
 }
 
-/// An element, and the fraction of its offsets that it allows.
 struct Share {
     ElementId element;
     double share = 1;
 };
-/// Returns the fractions below 1, in the order of the elements.
 template <int D, int K>
 Outcome<std::vector<Share>> shares_of(const Elements<D, K>& elements, std::span<const ElementId> looked_at,
                                       double least, const Execution& execution) {
@@ -383,7 +368,6 @@ Outcome<std::vector<Share>> shares_of(const Elements<D, K>& elements, std::span<
     return shares;
 }
 
-/// Offsets of a part, and the elements to check next.
 template <int D, int K>
 class PartLimit {
   public:
@@ -393,7 +377,6 @@ class PartLimit {
             if (has_own_edge(e)) looked_at_.emplace_back(e);
     }
 
-    /// Performs one iteration; returns the edges of the part whose offsets were limited.
     Outcome<std::vector<EdgeId>> limit(const Execution& execution) {
         const auto shares = shares_of(elements_, looked_at_, least_, execution);
         if (!shares) return fail(shares.error());
@@ -414,7 +397,6 @@ class PartLimit {
         limited_.insert(limited_.end(), limited.begin(), limited.end());
         return limited;
     }
-    /// Selects the elements around limited edges for the next iteration.
     void look_around(std::span<const EdgeId> own, std::span<const EdgeId> of_others) {
         looked_at_.clear();
         for (const auto edges : {own, of_others})

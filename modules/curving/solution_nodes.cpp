@@ -16,14 +16,11 @@ namespace camber {
 
 namespace {
 
-/// Number of solver iterations. Few are sufficient, since the matrix changes after each step.
 constexpr int solve_steps = 12;
-/// Maximum number of halvings of a step that does not reduce the error.
 constexpr int halvings = 3;
 /// A frame is the solution in the elements of one mesh. Steps in a frame end below the first relative decrease of the
 /// squared error, frames below the second one.
 constexpr double least_gain = 0.01, least_gain_of_frame = 0.04;
-/// Maximum number of times that the moves found in a frame are shortened.
 constexpr int shortenings = 3;
 
 template <int D>
@@ -47,9 +44,9 @@ template <int D>
 struct Frame {
     QuadraticMesh<D> mesh;
     KnownSolution<D> known;
-    Buffer<Vec<D>> reference_offsets;  ///< vectors from the chord middles to the nodes
+    Buffer<Vec<D>> reference_offsets;
     ErrorSystem<D> system;
-    double error = 0;  ///< squared error with the nodes of `mesh`
+    double error = 0;
 
     Frame(QuadraticMesh<D> curved, KnownSolution<D> solution, const Column<EdgeKind>& kinds,
           const Incidence<ElementId>& shells, double stiffness)
@@ -66,7 +63,6 @@ struct Frame {
     Frame& operator=(Frame&&) = delete;
     ~Frame() = default;
 
-    /// Returns the expected error in the user's unit.
     [[nodiscard]] Outcome<double> expected(const Execution& execution) const {
         const auto squared = squared_error(mesh, known, without_progress(execution));
         if (!squared) return squared;
@@ -108,7 +104,6 @@ class Search {
         return frame_.system.begin(*offsets, frame_.reference_offsets, execution);
     }
 
-    /// Returns the moves after one more step, limited by chords and elements.
     Outcome<Buffer<Vec<D>>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
         const LinearMesh<D>& linear = frame_.mesh.linear;
         auto moves = map_each(execution, step.size(), [&](std::size_t e) {
@@ -224,7 +219,6 @@ class Frames {
         return frame_of(*best, execution);
     }
 
-    /// Searches for better nodes and returns their frame, or a frame of the old nodes if these are better.
     Outcome<OwnFrame> next(OwnFrame frame, double least_jacobian, const Execution& execution) {
         const QuadraticMesh<D> from = frame->mesh;
         const double before = frame->error;

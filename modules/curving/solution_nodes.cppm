@@ -30,11 +30,11 @@ template <int D>
 using SolutionInElements = std::function<Outcome<KnownSolution<D>>(const QuadraticMesh<D>&, const Execution&)>;
 
 struct SolutionNodesOptions {
-    int frames = 4;                       ///< maximum number of evaluations of the solution in the elements
-    int rounds = 3;                       ///< maximum number of steps for each of these evaluations
-    double stiffness = 0.3;               ///< an offset as long as the element adds this fraction of the squared error
+    int frames = 4;          ///< maximum number of evaluations of the solution in the elements
+    int rounds = 3;          ///< maximum number of steps per evaluation of the solution
+    double stiffness = 0.3;  ///< an offset as long as the element adds this fraction of the squared error
     double max_slide = 0.2;  ///< maximum distance of a node from the chord's middle, along the chord and relative to it
-    double min_jacobian = default_bound;  ///< see `limit_by_jacobian`
+    double min_jacobian = default_bound;
 };
 
 template <int D>
@@ -44,7 +44,7 @@ struct SolutionNodes {
     /// the root of Σ (weight ‖u − u_h‖)² in units of the fields. Integrated as in `expected_error`; the search uses a
     /// rule of degree 6.
     double before = 0, after = 0;
-    int frames = 0;           ///< number of frames that reduced the error
+    int frames = 0;
     std::size_t relaxed = 0;  ///< edges moved by only a part of their step
 };
 
@@ -111,7 +111,6 @@ struct PackSlope {
     PackVec<D> gradient;
 };
 
-/// A polynomial by its coefficients, evaluated by Horner's rule.
 template <int D, int Degree>
 struct PackPolynomial {
     std::array<Pack, monomials<D>(Degree)> c;
@@ -162,7 +161,7 @@ namespace camber {
 /// Eight Jacobians; the inverse is 0 if the determinant is almost 0.
 template <int D>
 struct PackJacobian {
-    std::array<PackVec<D>, D> inverse;  ///< rows of J⁻¹
+    std::array<PackVec<D>, D> inverse;
     Pack det;
 
     [[gnu::always_inline]] explicit PackJacobian(const std::array<PackVec<D>, D>& columns) {
@@ -275,7 +274,6 @@ class PackFrame {
     static constexpr int newton_steps = 4;
     /// Limit of the last correction in reference coordinates; the remaining error is about its square.
     static constexpr double near = 1e-3;
-    /// Minimum of det J relative to its value at the start.
     static constexpr double least_ratio = 0.1;
 
     [[gnu::always_inline]] static Pack largest(const PackVec<D>& v) {
@@ -295,7 +293,6 @@ class PackFrame {
                 for (int k = 0; k < D; ++k) out[a][k] += second_[a][b][k] * at[b];
         return out;
     }
-    /// Returns δ − (F(ξ + s) − F(ξ)).
     [[nodiscard, gnu::always_inline]] PackVec<D> residual(const PackVec<D>& from, const PackVec<D>& s,
                                                           PackVec<D> delta) const {
         PackVec<D> half;
@@ -310,7 +307,6 @@ class PackFrame {
     std::array<std::array<PackVec<D>, D>, D> second_{};  // ∂²F/∂ξ_a∂ξ_b
 };
 
-/// Barycentric coordinates of a quadrature point, and its fraction of the volume.
 template <int D>
 struct SimplexPoint {
     std::array<double, D + 1> at;
@@ -395,7 +391,6 @@ template <int D>
 [[nodiscard]] Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<D>& solution,
                                             const Execution& execution);
 
-/// Expected error near the current nodes, as a least-squares system.
 template <int D>
 class ErrorSystem {
   public:
@@ -406,7 +401,6 @@ class ErrorSystem {
     /// squared error.
     [[nodiscard]] Outcome<double> begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> reference_offsets,
                                         const Execution& execution);
-    /// Squared error of each element at the offsets of `begin`.
     [[nodiscard]] std::span<const double> errors() const { return errors_; }
     /// Returns approximate least-squares changes of the offsets, by conjugate gradients.
     [[nodiscard]] Outcome<Buffer<Vec<D>>> solved(int iterations, const Execution& execution);
@@ -422,7 +416,6 @@ class ErrorSystem {
     void stiffen(std::size_t pack, std::span<const Vec<D>> offsets, std::span<const Vec<D>> reference_offsets,
                  double least);
     void multiply(std::size_t pack, std::span<const Vec<D>> x);
-    /// Sums `parts` over the elements around the edge.
     [[nodiscard]] Vec<D> gathered(std::size_t edge, std::span<const double> parts) const;
     [[nodiscard]] Sym<D> preconditioner(std::size_t edge) const;
     [[nodiscard]] bool is_free(std::size_t edge) const;

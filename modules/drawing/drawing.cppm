@@ -45,7 +45,7 @@ struct Theme {
 enum class Ramp : std::uint8_t { plain, good_is_high };
 enum class Spacing : std::uint8_t { linear, logarithmic };
 
-/// Maps values from `low` to `high` to a colour ramp. Values outside get the colour of the nearest end.
+/// Maps values from `low` to `high` to a colour ramp. Values outside this range get the colour of the nearest end.
 struct ColourRange {
     double low = 0, high = 1;
     Ramp ramp = Ramp::plain;
@@ -194,7 +194,7 @@ struct PaperFrame {
 enum class LineKind : std::uint8_t { none, shared, rim };
 
 struct DrawnFace {
-    std::array<Vec<3>, 6> nodes;      ///< positions on paper (pixels), in the order of `Face::nodes`
+    std::array<Vec<3>, 6> nodes;  ///< positions on paper (pixels), in the order of `Face::nodes`
     std::array<float, 6> values{};
     std::array<LineKind, 3> lines{};  ///< kinds of lines along the edges 01, 12, 20
     bool is_marked = false;
@@ -368,8 +368,8 @@ struct Image {
 /// Encodes a PNG file. Errors: memory.
 [[nodiscard]] Outcome<Buffer<std::byte>> png(const Image& image);
 
-/// Encodes the scene and its marks as SVG, with exact quadratic Bézier curves. Hidden faces are omitted. Where a face
-/// is partly hidden, the nearer face is drawn over it. Errors: stopped, memory.
+/// Encodes the scene and its marks as SVG, with exact quadratic Bézier curves. Hidden faces are omitted. If a face is
+/// partly hidden, the nearer face is drawn over it. Errors: stopped, memory.
 [[nodiscard]] Outcome<std::string> svg_of(const Scene& scene, const Execution& execution);
 
 }  // namespace camber

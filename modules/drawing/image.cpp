@@ -25,7 +25,7 @@ namespace {
 // A stroke font: digits, lower-case letters, a few signs and the J of Jacobian.
 
 struct StrokePoint {
-    double x, y;  ///< y from the base line; unit: 1/6 of a capital letter's height
+    double x, y;  ///< y is measured from the base line; unit: 1/6 of a capital letter's height
 };
 using Stroke = std::vector<StrokePoint>;
 

@@ -70,10 +70,10 @@ class ExtensionPart {
     [[nodiscard]] Outcome<Done> begin(double mean, double stiffening, const Execution& execution);
     /// Moves each node by `length` times its search direction. Returns the sums of each run.
     [[nodiscard]] Outcome<std::vector<ExtensionSums>> step(double length, double tolerance, const Execution& execution);
-    /// Sets the search direction d to correction + `turn` · d. Nodes that joined in the last step move from now on.
+    /// Sets the search direction d to correction + `turn` · d. The nodes of `joined_last` move from now on.
     [[nodiscard]] Outcome<Done> update_direction(double turn, const Execution& execution);
-    /// Creates rows for the unknowns around the nodes that joined in the last step. `of_others`: edges whose nodes
-    /// joined in other parts.
+    /// Creates rows for the unknowns around the nodes of `joined_last`. `of_others`: edges whose nodes start to move in
+    /// other parts.
     [[nodiscard]] Outcome<Done> join(std::span<const EdgeId> of_others, const Execution& execution);
     /// Returns dᵀA d and dᵀr of each run, for the matrix A, search direction d and residual r.
     [[nodiscard]] Outcome<std::vector<AlongDirection>> multiply(const Execution& execution);
@@ -81,7 +81,7 @@ class ExtensionPart {
     [[nodiscard]] std::span<Vec<D>> directions();                  ///< one per edge
     [[nodiscard]] const std::vector<EdgeId>& joined_last() const;  ///< edges whose nodes start to move after the last
                                                                    ///< step
-    [[nodiscard]] std::size_t moving() const;                      ///< number of moving nodes
+    [[nodiscard]] std::size_t moving() const;
     /// Returns the nodes, one per edge; only nodes of owned edges are final. Empties the part. Errors: stopped, memory.
     [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> nodes(const Execution& execution) &&;
 

@@ -23,7 +23,7 @@ struct FaceTriangles {
     Buffer<std::array<EdgeId, 3>> of_triangles;
     Buffer<std::array<VertexId, 2>> ends;
     Buffer<EdgeKind> kinds;      ///< `volume`: the edge's node is an unknown
-    std::vector<EdgeId> inside;  ///< mesh edges of the unknowns, which precede the edges on curves
+    std::vector<EdgeId> inside;  ///< mesh edges of the unknowns, numbered before the edges on curves
     struct OnCurve {
         EdgeId edge;
         FacetId facet;
@@ -63,7 +63,7 @@ std::vector<std::vector<FacetId>> connected_faces(const EdgeSet<3>& edges, const
     return connected;
 }
 
-/// `own`: buffer for the number in the face of each mesh edge; it is reused for the next face.
+/// `own`: buffer with the number of each mesh edge in this face; reused for the next face.
 FaceTriangles triangles_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Faces& faces,
                            std::span<const FacetId> facets, std::vector<EdgeId>& own) {
     FaceTriangles out;

@@ -44,7 +44,7 @@ std::size_t turned(const States& states) {
         std::count_if(states.begin(), states.end(), [](const State* s) { return s->integrals.turned; }));
 }
 
-/// True if det J ≤ 0 at a node. Thin layers fold first at nodes, where quadratures may have no point.
+/// Returns true if det J ≤ 0 at a node. Thin layers first become invalid at nodes, where quadratures may have no point.
 template <int D>
 bool is_inverted_at_node(const QuadraticMesh<D>& mesh, std::size_t e) {
     const auto element = element_of(mesh, ElementId(e));
@@ -79,7 +79,7 @@ bool same_nodes(const QuadraticMesh<D>& a, const QuadraticMesh<D>& b, std::size_
 InterpolantError error_of(const States& states) { return {norm_of(states, 0), norm_of(states, 1)}; }
 InterpolantError linear_error_of(const States& states) { return {norm_of(states, 2), norm_of(states, 3)}; }
 
-/// Errors of one field on several meshes; elements that meshes share are integrated once.
+/// Errors of one field on several meshes. An element with the same nodes in several meshes is integrated once.
 template <int D>
 class Errors {
   public:
@@ -122,7 +122,7 @@ class Errors {
     }
 
   private:
-    /// Integrates `elements` of this mesh as accurately as the total requires; returns `states` with their results.
+    /// Integrates `elements` of this mesh as accurately as the total requires. Returns `states` with their results.
     Outcome<States> integrated(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, Sides sides,
                                States states) {
         Quadrature<D>& quadrature =
@@ -201,7 +201,6 @@ namespace {
 double determinant(const std::array<Vec<2>, 2>& columns) { return det(columns[0], columns[1]); }
 double determinant(const std::array<Vec<3>, 3>& columns) { return det(columns[0], columns[1], columns[2]); }
 
-/// det J of the straight element: D! times its volume.
 template <int D>
 double straight_determinant(const LinearMesh<D>& mesh, std::size_t e) {
     const auto& vertices = mesh.elements.vertices[e];
@@ -235,11 +234,11 @@ template Volumes volumes_of<3>(const QuadraticMesh<3>&, const std::vector<std::u
 
 namespace {
 
-/// Maximum distance of a flat facet's nodes from the plane of its corners, relative to the facet. Below a layer of
-/// anisotropy 10^6, above rounding and the precision of text files.
+/// A facet is flat if the distance of its nodes from the plane of its corners, relative to its size, is at most this.
+/// The limit is below the thickness of layers of anisotropy 10^6, and above rounding errors and the precision of text
+/// files.
 constexpr double flat = 1e-9;
 
-/// Face of a curved element; `vertices` are ascending.
 template <int D>
 struct CurvedFace {
     std::array<VertexId, D> vertices;
@@ -298,7 +297,8 @@ std::vector<CurvedFace<D>> faces_of(const QuadraticMesh<D>& mesh, const std::vec
     return faces;
 }
 
-/// True for a face of a single element, or between elements with different references.
+/// Returns true for a boundary face, or an interface between elements with different references. `same`: the face in
+/// each of its elements.
 template <int D>
 bool bounds(const LinearMesh<D>& mesh, std::span<const CurvedFace<D>> same) {
     const auto reference = [&](const CurvedFace<D>& f) { return mesh.elements.references[f.face.element]; };

@@ -13,7 +13,7 @@ import camber.interpolation;
 
 using namespace camber;
 
-/// Ring between radii 1 and 2 with 24 sectors and 4 layers.
+/// Returns a ring between radii 1 and 2 with 24 sectors and 4 layers.
 static LinearMesh<2> ring() {
     constexpr std::size_t sectors = 24, layers = 4;
     LinearMesh<2> mesh;

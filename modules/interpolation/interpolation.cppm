@@ -8,19 +8,20 @@ module;
 #include <tuple>
 #include <utility>
 #include <vector>
-/// Interpolation errors of degrees 1 and 2: on straight edges, on the curved mesh, and with only the boundary curved.
+/// Interpolation errors of degrees 1 and 2 on three meshes: with straight edges, with the curved edges, and with only
+/// the boundary curved.
 export module camber.interpolation;
 import camber.core;
 import camber.bezier;
 
 export namespace camber {
 
-/// Evaluates a function at points; both spans have the same size.
+/// Function that evaluates a field at points; both spans have the same size.
 template <int D>
 using PointFunction = std::function<void(std::span<const Vec<D>>, std::span<double>)>;
 
-/// Scalar field: makes an evaluator for each thread. Evaluators may have state, but results must not depend on earlier
-/// points.
+/// Scalar field: a function that makes an evaluator for each thread. Evaluators may have state, but results must not
+/// depend on earlier points.
 template <int D>
 using ScalarField = std::function<PointFunction<D>()>;
 
@@ -36,66 +37,65 @@ struct InterpolationOptions {
 
 struct ErrorNorm {
     double value = 0;
-    /// Relative uncertainty of the integral: half the sum of the quadratures' last changes, divided by the sum of
-    /// squares.
+    /// Relative uncertainty of `value`: half the sum of the last changes of `squares`, divided by the sum of `squares`.
     double uncertainty = 0;
-    double rounding = 0;     ///< error due to rounding of u alone; smaller errors are not distinguishable from 0
+    double rounding = 0;     ///< error due to rounding errors of u; smaller errors cannot be distinguished from 0
     Column<double> squares;  ///< one per element; their sum is value²
 };
 
-/// Norms of the error e = u − u_h: (∫ e²)^½ and (∫ |∇e|²)^½.
+/// L2 and H1 norms of the error e = u − u_h of the interpolant u_h: (∫ e²)^½ and (∫ |∇e|²)^½.
 struct InterpolantError {
     ErrorNorm l2, h1;
 };
 
-/// Reference mesh that shows the effect of curved inner edges.
+/// Mesh with which the curved mesh is compared, to show the effect of curved inner edges.
 enum class Comparison : std::uint8_t {
     straight,       ///< all edges straight; for a straight boundary
-    same_boundary,  ///< only the boundary and interfaces curved
+    same_boundary,  ///< only boundary and interfaces curved
 };
 constexpr auto words(Comparison) {
     return words_of(Word{Comparison::straight, "straight"}, Word{Comparison::same_boundary, "same_boundary"});
 }
 
-/// Volumes (2D: areas); parts with negative det J count as negative.
+/// Volumes (2D: areas) of the straight and the curved mesh. Parts with negative det J count as negative.
 struct Volumes {
     double straight = 0, curved = 0;
 };
 
 /// Errors of a field's interpolants on the same vertices. `linear` and `straight` have degrees 1 and 2 on straight
-/// edges, `curved` degree 2 on the unchanged mesh.
+/// edges. `curved` has degree 2 on the unchanged mesh.
 struct InterpolationError {
     InterpolantError linear;
     InterpolantError straight;
-    /// Degree 2 with only the facets of boundary and interfaces curved; equal to `straight` if these are flat.
+    /// Degree 2, where only the facets of boundary and interfaces are curved; equal to `straight` if these are flat.
     InterpolantError same_boundary;
     InterpolantError curved;
     Comparison compared_with = Comparison::straight;
     Volumes volume;
-    /// Elements with det J ≤ 0 at a quadrature point. Their integrals use |det J|; H1 errors exclude singular points
-    /// and cause no refinement there. For `same_boundary` det J is also checked at the nodes, since a coarse quadrature
-    /// may miss elements.
+    /// Numbers of elements with det J ≤ 0 at a quadrature point. Their integrals use |det J|. H1 errors exclude
+    /// singular points, and cause no refinement in these elements. For `same_boundary` det J is also checked at the
+    /// nodes, since a coarse quadrature may miss elements.
     std::size_t straight_inverted = 0, same_boundary_inverted = 0, curved_inverted = 0;
-    std::size_t unresolved = 0;   ///< elements whose finest quadrature has not converged
-    std::size_t evaluations = 0;  ///< total number of evaluations of u
+    std::size_t unresolved = 0;
+    std::size_t evaluations = 0;
 
-    /// Error of the comparison mesh. If it exceeds `curved`, curved inner edges reduce the error.
+    /// Returns the error on the comparison mesh. If it exceeds `curved`, curved inner edges reduce the error.
     [[nodiscard]] const InterpolantError& compared() const {
         return compared_with == Comparison::straight ? straight : same_boundary;
     }
 };
 
 /// Computes errors of Lagrange interpolants by adaptive quadrature (docs/algorithms/interpolation-error.md). Errors
-/// (usage): u is not finite at a point (reported); options out of range; unsupported (no quadratic simplices); memory;
-/// stopped.
+/// (usage): u is not finite at a point (which the message states); options out of range; unsupported (no quadratic
+/// simplices); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<InterpolationError> interpolation_error(const Mesh<D>& mesh, const ScalarField<D>& field,
                                                               const InterpolationOptions& options,
                                                               const Execution& execution);
 
-/// Error u − u_h of a quadratic function u_h (a solution) with nodal values: vertices, then edges. For degree 1 set the
-/// values at edges to the means of both ends. Errors: those of `interpolation_error`; values that do not match the
-/// nodes (internal).
+/// Computes the error u − u_h of a solution u_h of degree 2 from its nodal values: vertices, then edges. For degree 1
+/// set the values at edges to the means of both ends. Errors: those of `interpolation_error`; values that do not match
+/// the nodes (internal).
 template <int D>
 [[nodiscard]] Outcome<InterpolantError> function_error(const Mesh<D>& mesh, std::span<const double> values,
                                                        const ScalarField<D>& field, const InterpolationOptions& options,
@@ -105,8 +105,7 @@ template <int D>
 
 namespace camber {
 
-/// Tables of the conical quadrature rule. Its points are also interpolation nodes, so values there can be
-/// differentiated.
+/// Tables of a conical quadrature rule. A polynomial interpolates values at its points, so these can be differentiated.
 template <int D>
 struct CollapsedRule {
     explicit CollapsedRule(int points_per_direction);
@@ -115,24 +114,25 @@ struct CollapsedRule {
     std::size_t count = 0;
     std::vector<double> weights;  ///< their sum is 1/D!
     std::array<std::vector<double>, D + 1> barycentric;
-    /// 4 λ_i λ_j of each local edge, and its derivatives by ξ_1 … ξ_D.
+    /// Values of the shape function 4 λ_i λ_j of each local edge i–j, then its derivatives by ξ_1 … ξ_D.
     std::array<std::vector<double>, edges_per_simplex<D>> bubbles;
     std::array<std::array<std::vector<double>, D>, edges_per_simplex<D>> bubble_slopes;
-    /// Sum of the values' squared coefficients in each ξ-derivative: the factor by which independent squared errors
-    /// grow.
+    /// For each ξ-derivative: sum of the squared coefficients of the values, the factor by which independent squared
+    /// errors grow.
     std::array<std::vector<double>, D> amplification;
 
-    /// Computes ∂/∂ξ_1 … ∂/∂ξ_D of the polynomial that interpolates `values`.
+    /// Computes the derivatives by ξ_1 … ξ_D of the polynomial that interpolates `values`.
     void differentiate(const std::vector<double>& values, std::array<std::vector<double>, D>& slopes) const;
 
   private:
     void to_reference(std::array<std::vector<double>, D>& slopes) const;
 
-    std::array<std::vector<double>, D> nodes_;     ///< nodes of each direction
-    std::array<std::vector<double>, D> matrices_;  ///< n × n: derivative at node r by the value at node c
+    std::array<std::vector<double>, D> nodes_;
+    std::array<std::vector<double>, D> matrices_;  ///< n × n for each direction: derivative at node r by the value at
+                                                   ///< node c
 };
 
-/// Quadratic function: linear part, and offsets at the edge middles. Without offsets it is linear up to rounding.
+/// Quadratic function: the linear interpolation of `corners`, plus the offsets `bubbles` from it at the edge middles.
 template <int D, class T>
 struct Quadratic {
     std::array<T, D + 1> corners{};
@@ -146,28 +146,27 @@ struct Quadratic {
     }
 };
 
-/// An element, or a part with straight sides in reference coordinates, and its interpolants.
+/// An element with its interpolants, or a part of it with straight sides in reference coordinates.
 template <int D>
 struct Piece {
-    Vec<D> origin;                ///< origin of `places`, so that small elements far from 0 keep their digits
-    Quadratic<D, Vec<D>> places;  ///< the map F, relative to `origin`
-    bool straight = false;        ///< F is affine
+    Vec<D> origin;  ///< origin of `places`, so that coordinates of small elements far from 0 keep their digits
+    Quadratic<D, Vec<D>> places;
+    bool straight = false;
     int interpolants = 1;
-    std::array<Quadratic<D, double>, 2> values{};  ///< interpolants u_h ∘ F
-    double rounding = 0;                           ///< rounding error of a value of u, from its evaluation and position
+    std::array<Quadratic<D, double>, 2> values{};  ///< interpolants as functions of ξ: u_h(F(ξ))
+    double rounding = 0;  ///< rounding error of a value of u, from its evaluation and from the coordinates
 };
 
-/// ∫ e² and ∫ |∇e|² of each interpolant, with their rounding errors.
+/// ∫ e² and ∫ |∇e|² for the error e of each interpolant, with their rounding errors.
 struct Integrals {
-    static constexpr int quantities = 4;  ///< L2 and H1 of two interpolants
+    static constexpr int quantities = 4;  ///< squared L2 and H1 errors of two interpolants
     std::array<double, quantities> squares{};
     double l2_rounding = 0, h1_rounding = 0;
-    bool turned = false;  ///< det J ≤ 0 at a point
+    bool turned = false;
 
     Integrals& operator+=(const Integrals& other);
 };
 
-/// Work arrays with one value per point, reused for all pieces.
 template <int D>
 class Integrator {
   public:
@@ -175,7 +174,6 @@ class Integrator {
 
     [[nodiscard]] Integrals integrate(const Piece<D>& piece, const CollapsedRule<D>& rule);
     void evaluate(std::span<const Vec<D>> points, std::span<double> values) { field_(points, values); }
-    /// Points of the last piece, with the values of u there.
     [[nodiscard]] std::span<const Vec<D>> points() const { return points_; }
     [[nodiscard]] std::span<const double> values() const { return values_; }
 
@@ -186,19 +184,19 @@ class Integrator {
 
     PointFunction<D> field_;
     std::vector<Vec<D>> points_;
-    std::array<std::array<std::vector<double>, D>, D> columns_;  ///< columns of J
+    std::array<std::array<std::vector<double>, D>, D> columns_;
     std::vector<double> values_, error_, other_error_;
-    std::array<std::vector<double>, D> slopes_;  ///< ∂/∂ξ_1 … of the first interpolant's error
+    std::array<std::vector<double>, D> slopes_;  ///< derivatives of the first interpolant's error by ξ_1 … ξ_D
 };
 
-/// Edge nodes: chord middles or the mesh's nodes.
+/// Choice of edge nodes: the chord middles, or the nodes of the mesh.
 enum class Sides : std::uint8_t { straight, curved };
 
 template <int D>
 [[nodiscard]] std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides);
 
-/// Straight sides have interpolants of degrees 2 and 1, curved sides of degree 2. If `nodal` is not empty, u_h is the
-/// quadratic function with these nodal values.
+/// Returns element `e` with its interpolants: of degrees 2 and 1 on straight sides, of degree 2 on curved ones. If
+/// `nodal` is not empty, u_h is the quadratic function with these nodal values.
 template <int D>
 [[nodiscard]] Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std::span<const double> nodal,
                                 Integrator<D>& integrator);
@@ -215,7 +213,7 @@ template <int D>
 
 struct State {
     Integrals integrals;
-    Squares change{};  ///< change of the squares by the last refinement
+    Squares change{};
     std::uint32_t evaluations = 0;
     std::int8_t level = -1;
 };
@@ -227,14 +225,15 @@ struct IntegrationDomain {
     Sides sides{};
 };
 
-/// `nodal` has the nodal values of a quadratic function; if empty, u_h is the interpolant.
+/// Field u and function u_h. If `nodal` is empty, u_h is the interpolant of u; otherwise `nodal` has its nodal values.
 template <int D>
 struct Integrand {
     const ScalarField<D>& field;
     std::span<const double> nodal;
 };
 
-/// Adaptive integration, level by level: first more points, then subdivision, until the last changes have a small sum.
+/// Adaptive integration of the squared errors. Elements are refined level by level, first with more points, then by
+/// subdivision. It ends when the sum of the last changes is small.
 template <int D>
 class Quadrature {
   public:
@@ -250,18 +249,18 @@ class Quadrature {
           elements_(std::move(domain.elements)),
           states_(elements_.size(), State{}) {}
 
-    /// Integrates to the accuracy of the total, which includes `beside`, the squares of the mesh's other elements.
+    /// Integrates until the tolerance of the whole mesh is reached; `beside` are the squared errors of its other
+    /// elements.
     [[nodiscard]] Outcome<Done> integrate(const Squares& beside);
 
     void put_into(std::vector<const State*>& states) const {
         for (std::size_t i = 0; i < elements_.size(); ++i) states[elements_[i]] = &states_[i];
     }
     [[nodiscard]] std::size_t evaluations() const;
-    /// Elements that have not converged at the highest affordable level.
     [[nodiscard]] std::size_t unresolved() const { return unresolved_; }
 
   private:
-    // Elements are passed as rows of `elements_`.
+    // An element is passed as its row in `elements_`.
     [[nodiscard]] Outcome<Done> refine(const std::vector<std::uint32_t>& active);
     void refine(std::uint32_t row, const Squares& enough, Integrator<D>& integrator);
     [[nodiscard]] bool affordable(const std::vector<std::uint32_t>& active) const;
@@ -279,7 +278,7 @@ class Quadrature {
     double tolerance_;
     const Execution& execution_;
     std::vector<std::uint32_t> elements_;
-    std::vector<State> states_;  ///< one per element
+    std::vector<State> states_;
     Squares beside_{};
     std::size_t unresolved_ = 0;
 };
@@ -290,10 +289,11 @@ struct Integrated {
     std::size_t evaluations = 0;
 };
 
-/// Change of the squares beyond rounding; H1 is ignored if det J ≤ 0 at a point.
+/// Returns the changes of the squared errors beyond rounding; H1 changes count as 0 if det J ≤ 0 at a point.
 [[nodiscard]] Squares effective_change(const Integrals& now, const Integrals& before);
 
-/// Subdivides up to `depth` (≥ 1) times where the parts differ from the whole by more than `enough`.
+/// Integrates over subdivisions of an element, up to `depth` (≥ 1) levels deep. A part is subdivided again if the sum
+/// over its parts differs from it by more than `enough`.
 template <int D>
 [[nodiscard]] Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, const Squares& enough,
                                          int depth, const CollapsedRule<D>& rule, Integrator<D>& integrator);
@@ -302,7 +302,7 @@ template <int D>
 [[nodiscard]] Error find_not_finite(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, const Rules<D>& rules,
                                     Integrator<D>& integrator);
 
-/// Elements with an edge node not exactly at the chord's middle, ascending.
+/// Returns, in ascending order, the elements with an edge node that is not exactly at the chord's middle.
 template <int D>
 [[nodiscard]] std::vector<std::uint32_t> curved_elements(const QuadraticMesh<D>& mesh);
 
@@ -316,7 +316,6 @@ template <int D>
 [[nodiscard]] std::optional<QuadraticMesh<D>> straight_inside(const QuadraticMesh<D>& mesh,
                                                               const std::vector<std::uint32_t>& bent);
 
-/// `bent` lists the curved elements.
 template <int D>
 [[nodiscard]] Volumes volumes_of(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& bent);
 

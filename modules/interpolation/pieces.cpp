@@ -31,7 +31,7 @@ std::array<T, D> linear_slopes(const Quadratic<D, T>& q) {
     return slopes;
 }
 
-/// det J and the adjugate, with rows det J ∇ξ_a.
+/// Determinant and adjugate of J. Row a of the adjugate is det J ∇ξ_a.
 template <int D>
 struct Cofactors {
     std::array<Vec<D>, D> rows;
@@ -114,8 +114,8 @@ Integrals Integrator<D>::integrate(const Piece<D>& piece, const CollapsedRule<D>
     subtract(piece.values[0], rule, error_);
     rule.differentiate(error_, slopes_);
     const bool both = piece.interpolants == 2;
-    // The derivatives of the second error are those of the first plus those of the difference of the interpolants,
-    // which is a polynomial.
+    // The derivatives of the second error are those of the first error plus those of the difference of both
+    // interpolants, which is a polynomial.
     Quadratic<D, double> difference;
     if (both) {
         subtract(piece.values[1], rule, other_error_);
@@ -179,7 +179,6 @@ std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, st
 
 namespace {
 
-/// Selects an element's values from the values at all nodes (vertices, then edges).
 template <int D>
 std::array<double, quadratic_nodes<D>> values_of(const QuadraticMesh<D>& mesh, std::size_t e,
                                                  std::span<const double> nodal) {
@@ -222,8 +221,8 @@ Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std:
     piece.interpolants = piece.straight && nodal.empty() ? 2 : 1;
     if (piece.interpolants == 2) piece.values[1].corners = piece.values[0].corners;
 
-    // The values of u have rounding errors from their evaluation, and from positions: |x_k| times the slope along each
-    // axis, estimated from below by differences.
+    // Values of u have rounding errors from their evaluation, and from the rounding of coordinates x_k: |x_k| times the
+    // slope of u along axis k. Differences estimate this slope from below.
     double slope = 0, distant = 0;
     for (std::size_t i = 1; i < nodes; ++i) slope = std::max(slope, std::abs(u[i] - u[0]) / distance(at[i], at[0]));
     for (int c = 0; c < D; ++c) distant = std::max(distant, std::abs(at[0][c]));
@@ -292,7 +291,8 @@ Barycentric<D> halfway(const Barycentric<D>& a, const Barycentric<D>& b) {
 double orientation(const std::array<Vec<2>, 2>& edges) { return det(edges[0], edges[1]); }
 double orientation(const std::array<Vec<3>, 3>& edges) { return det(edges[0], edges[1], edges[2]); }
 
-/// Corners of the 2^D parts of equal volume and orientation: one part at each vertex, the others in the middle.
+/// Corners of the 2^D parts of an element: one part at each vertex, the others in the middle. All have the same volume
+/// and orientation.
 template <int D>
 const std::array<Corners<D>, (1U << D)>& parts() {
     static const auto all = [] {

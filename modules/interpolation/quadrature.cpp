@@ -19,14 +19,14 @@ namespace camber {
 
 namespace {
 
-/// Points per direction at each level. Higher levels use the last but one rule on parts, divided up to `deepest` times.
+/// Points per direction at each level. Higher levels use the last but one of these rules on parts of the element,
+/// divided up to `deepest` times.
 constexpr std::array<int, 4> points_of_levels{4, 6, 8, 12};
 constexpr int divided_rule = 2;
 constexpr int deepest = 4;
 constexpr int highest_level = static_cast<int>(points_of_levels.size()) - 1 + deepest;
-/// Elements per evaluator of the field.
 constexpr std::size_t elements_at_once = 64;
-/// Limits of field evaluations: jumps of the field never converge.
+/// Limits of the number of field evaluations, because integrals over jumps of the field do not converge.
 constexpr double values_an_element = 2000, values_at_least = 1e8;
 
 constexpr int depth_of(int level) { return level + 1 - static_cast<int>(points_of_levels.size()); }
@@ -93,7 +93,7 @@ void Quadrature<D>::refine(std::uint32_t row, const Squares& enough, Integrator<
     state.evaluations += static_cast<std::uint32_t>(parts.evaluations + rule.count + quadratic_nodes<D>);
 }
 
-/// True if subdividing all these elements stays within the limit.
+/// Returns true if the evaluations stay within the limit when all these elements are subdivided.
 template <int D>
 bool Quadrature<D>::affordable(const std::vector<std::uint32_t>& active) const {
     auto values = static_cast<double>(evaluations());
@@ -118,7 +118,7 @@ Squares Quadrature<D>::total() const {
     return sum;
 }
 
-/// Tolerance of the parts of an element: a fraction of the average square per element.
+/// Returns the tolerance for parts of an element, a fraction of the mean squared error per element.
 template <int D>
 Squares Quadrature<D>::enough_of_parts() const {
     Squares share = total();
@@ -127,7 +127,8 @@ Squares Quadrature<D>::enough_of_parts() const {
     return share;
 }
 
-/// Elements to refine: for each quantity those with the largest changes, until the others have a small sum.
+/// Returns the elements to refine. For each quantity these are the elements with the largest changes; the changes of
+/// all others have a small sum.
 template <int D>
 std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     const Squares all = total();
@@ -148,8 +149,8 @@ std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     return chosen;
 }
 
-/// Threshold of refinement: smaller changes sum to at most half of `allowed`; infinite if all changes sum to at most
-/// `allowed`.
+/// Returns the change of quantity q above which an element is refined. Smaller changes have a sum of at most half of
+/// `allowed`. Infinite if the sum of all changes is at most `allowed`.
 template <int D>
 double Quadrature<D>::threshold_of(std::size_t q, double allowed) const {
     std::vector<double> changes;

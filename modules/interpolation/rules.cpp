@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// Differentiation matrix at the nodes x, row by row (barycentric formula).
+/// Returns the differentiation matrix at the nodes x, row by row (barycentric formula).
 std::vector<double> differentiation(const std::vector<double>& x) {
     const std::size_t n = x.size();
     std::vector<double> weight(n, 1), matrix(n * n, 0);
@@ -69,8 +69,8 @@ CollapsedRule<D>::CollapsedRule(int points_per_direction) : n(points_per_directi
             for (int a = 0; a < D; ++a)
                 bubble_slopes[e][a][p] = 4 * (slope(i, a) * barycentric[j][p] + barycentric[i][p] * slope(j, a));
         }
-        // ∂/∂ξ_d is ∂/∂t_d over the product of 1 − t_k of the directions k > d, plus multiples (below 1) of the
-        // derivatives of lower directions.
+        // ∂/∂ξ_d = Π_{k>d} 1/(1 − t_k) ∂/∂t_d + Σ_{k<d} c_k ∂/∂ξ_k with 0 ≤ c_k ≤ 1, where t are the coordinates of the
+        // cube.
         double below = 0;
         for (int d = 0; d < D; ++d) {
             double above = 1;
@@ -93,7 +93,8 @@ void CollapsedRule<D>::differentiate(const std::vector<double>& values,
     for (int d = 0; d < D; ++d) {
         std::vector<double>& out = slopes[d];
         const std::vector<double>& matrix = matrices_[d];
-        // Values are stored in blocks of m rows of `stride` values; the direction d runs over the rows.
+        // Values are stored in blocks of m rows with `stride` values each. The coordinate t_d increases from row to
+        // row.
         for (std::size_t begin = 0; begin < count; begin += m * stride)
             for (std::size_t r = 0; r < m; ++r) {
                 double* row = out.data() + begin + r * stride;

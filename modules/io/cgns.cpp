@@ -58,7 +58,6 @@ namespace cgns {
 
 namespace {
 
-/// Returns a legal CGNS name: without `/`, and without blanks at either end.
 std::string node_name(std::string_view name) {
     std::string text = readable_name(name);
     std::replace(text.begin(), text.end(), '/', '_');

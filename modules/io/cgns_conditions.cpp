@@ -59,8 +59,8 @@ struct ConditionReader {
         if (condition.is_range && (n != 2 || condition.items[1] < condition.items[0])) condition.items.clear();
         return condition;
     }
-    /// True if the point lists of condition `bc` have exactly n numbers. `boco_read` writes all numbers of the file,
-    /// even if the library reported fewer.
+    /// True if the point lists of condition `bc` have exactly n numbers. This is checked because `boco_read` writes all
+    /// numbers of the file, even if the library reported fewer.
     [[nodiscard]] bool has_one_index_a_point(int bc, cgsize_t n) const {
         double node = 0, points = 0;
         int cgio = 0;

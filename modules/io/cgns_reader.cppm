@@ -42,7 +42,7 @@ struct Section {
     std::vector<Place> places = {};
 };
 
-/// State of reading a file. D: number of coordinates of a point.
+/// D: number of coordinates of a point.
 template <int D>
 struct Reader {
     const Library& lib;
@@ -52,7 +52,7 @@ struct Reader {
     int zone = 1;                               ///< current zone; the members below, up to `sections`, belong to it
     std::size_t first_point = 0;                ///< number in the mesh of the zone's first point
     std::size_t groups_before = 0;              ///< number of groups that earlier zones have added
-    std::string prefix = {};                    ///< begin of the names of element groups if zones are joined
+    std::string prefix = {};                    ///< prefix of the names of element groups if zones are joined
     std::vector<Section> sections = {};
     listing::Mesh<D> mesh = {};
     std::vector<Notice> notices = {};

@@ -29,7 +29,7 @@ bool read_unusual_real(std::string_view word, double& value) {
     std::string text(word.starts_with('+') ? word.substr(1) : word);
     for (char& c : text)
         if (c == 'd' || c == 'D') c = 'e';
-    // long double has a larger exponent range than double. Numbers too large for double so become infinity, and numbers
+    // long double has a larger exponent range than double. So numbers too large for double become infinity, and numbers
     // too small become 0.
     long double wide = 0;
     const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), wide);

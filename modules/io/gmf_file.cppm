@@ -36,8 +36,8 @@ struct Block {
     std::uint64_t count = 0;                ///< number of rows, unchecked before `check_size`
     std::vector<std::int32_t> fields = {};  ///< field types, for SolAtVertices
     std::size_t words = 0;
-    std::vector<Piece> pieces = {};         ///< parts of the rows, for ASCII
-    std::size_t rows_per_entity = 1;        ///< messages count this number of rows as one entity
+    std::vector<Piece> pieces = {};   ///< parts of the rows, for ASCII
+    std::size_t rows_per_entity = 1;  ///< messages count this number of rows as one entity
 };
 
 struct Skipped {

@@ -73,7 +73,7 @@ struct MeshFormat : FormatName {
     /// Lists fields that get other names in the file. Null: the format has no fields.
     std::vector<Notice> (*renames)(const MeshFields& fields) = nullptr;
     bool chooses_cells = false;
-    bool for_viewers = false;   ///< runs also write their fields to files of this format
+    bool for_viewers = false;   ///< if true, runs write their fields too
     bool is_always_3d = false;  ///< see DecodedMesh
 };
 
@@ -236,7 +236,7 @@ struct SimplexRun {
 template <int D, int Degree>
 struct FilePart {
     PointRun<D> vertices = {};
-    PointRun<D> mid_nodes = {};  ///< edge nodes; `first` is a number among the edge nodes
+    PointRun<D> mid_nodes = {};  ///< edge nodes; `first` counts only edge nodes
     SimplexRun<D, Degree> elements = {};
     SimplexRun<D - 1, Degree> facets = {};
     SimplexRun<1, Degree> edges = {};

@@ -21,7 +21,7 @@ namespace camber::listing {
 
 struct Origin {
     std::string noun = {};
-    std::function<std::uint64_t(std::size_t row)> number = {};  ///< number in the file; null: row + 1
+    std::function<std::uint64_t(std::size_t row)> number = {};  ///< number of a row in the file; null: row + 1
     std::function<std::string(std::size_t row)> place = {};     ///< position of a row for messages; null: the file name
 
     [[nodiscard]] std::uint64_t number_of(std::size_t row) const { return number ? number(row) : row + 1; }
@@ -64,7 +64,7 @@ struct Mesh {
     /// Node fields have a row for each point. Cell fields have rows for elements, facets, edges, in each dimension with
     /// degree 2 first.
     MeshFields fields = {};
-    std::function<std::uint64_t(std::size_t point)> number = {};  ///< number in the file; null: point + 1
+    std::function<std::uint64_t(std::size_t point)> number = {};  ///< number of a point in the file; null: point + 1
 
     [[nodiscard]] std::uint64_t number_of(VertexId point) const {
         return number ? number(point.index()) : point.index() + 1;

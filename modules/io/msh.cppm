@@ -214,7 +214,7 @@ class Source {
         at_ = bytes_.size() - static_cast<std::size_t>(words.end - words.at);
         return read;
     }
-    /// Reads an integer of magnitude up to 2^31 − 1, so that its magnitude fits 32 bits too.
+    /// Reads an integer from −(2^31 − 1) to 2^31 − 1, so that its negative also fits 32 bits.
     bool integer(std::int64_t& value) {
         const bool read = binary ? packed<std::int32_t>(value) : text_number(value);
         constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();

@@ -112,7 +112,7 @@ struct File {
     std::size_t partitioned = 0;  ///< number of partitioned elements (version 2) or entities (version 4)
     std::size_t skipped_steps = 0;
     std::size_t trailing_bytes = 0;
-    bool by_row = false;             ///< true for version 2, see Elements
+    bool by_row = false;  ///< true for version 2, see Elements
 };
 
 template <class F>

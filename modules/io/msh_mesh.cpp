@@ -117,7 +117,7 @@ std::optional<Buffer<std::uint32_t>> selected_rows(File& file, Elements<K, N>& e
     return selected;
 }
 
-/// Drops lines with twice the same node, which Gmsh writes for curves of length zero.
+/// Drops lines from a node to itself, which Gmsh writes for curves of length zero.
 template <int N>
 void drop_degenerate(const Elements<1, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
     for (std::size_t i = 0; i < elements.tags.size(); ++i) {

@@ -79,8 +79,8 @@ void number_entities(std::span<const Reference> places, Classes& classes) {
     std::vector<Class*> order;
     order.reserve(classes.list.size());
     for (Class& one : classes.list) order.push_back(&one);
-    const auto rank = [](const Class* one) {  // classes with a positive entity come first, then those without, then
-                                              // negative ones
+    const auto rank = [](const Class* one) {  // first classes with a positive entity, then those without entity, then
+                                              // those with a negative one
         return std::tuple(one->entity > 0 ? 0 : 1, one->entity > 0 ? one->entity : -(one->entity + 1), one->physical);
     };
     std::sort(order.begin(), order.end(), [&](const Class* a, const Class* b) { return rank(a) < rank(b); });

@@ -1,4 +1,4 @@
-// Reads entities, nodes and elements of MSH 4; groups, tags and fields.
+// Reads entities, nodes and elements of MSH 4; builds groups, tags and fields.
 module;
 #include <algorithm>
 #include <array>

@@ -45,7 +45,7 @@ template <int D>
 
 namespace camber::vtk {
 
-/// Rules for names of VTU files; METADATA is also reserved.
+/// The rules for names in VTU files; METADATA is also reserved.
 [[nodiscard]] FieldNames field_names();
 
 inline constexpr const char* damaged = "the file is cut off or damaged";
@@ -172,7 +172,7 @@ class Solids {
 
 struct Written {
     Triangles triangles = {};            ///< sorted by solid; no triangle has equal corners
-    Buffer<Group> groups = {};           ///< named solids, for text
+    Buffer<Group> groups = {};           ///< named solids of a text file
     std::vector<Renaming> renamed = {};  ///< pairs of a group's name and the different name of its solid
     std::size_t left_out = 0;            ///< number of triangles with equal corners
     std::size_t rounded = 0;             ///< number of coordinates that binary files round to 32 bits; too large ones
@@ -247,7 +247,7 @@ namespace camber::cgns {
 /// Recognition of MED files; names of fields, sections and boundary conditions in CGNS files.
 namespace camber {
 
-/// True for MED files of Salome. They are HDF5 files like CGNS, but have other nodes.
+/// True for MED files of Salome, which are HDF5 files like CGNS but with other HDF5 nodes.
 [[nodiscard]] bool is_med(std::span<const std::byte> bytes);
 
 }  // namespace camber

@@ -189,7 +189,7 @@ void note_losses(const Zone& zone, std::vector<Notice>& notices) {
         notices.push_back({std::to_string(zone.parallel_markers) + " markers SEND_RECEIVE were left out"});
     if (zone.foreign_blocks == 0) return;
     std::string first = zone.first_foreign;
-    for (char& c : first)  // so that damaged files cannot send control characters to a terminal
+    for (char& c : first)  // damaged files must not send control characters to a terminal
         if (c < ' ' || c > '~') c = '?';
     notices.push_back(
         {std::to_string(zone.foreign_blocks) + " other keywords were left out, the first of them " + first});

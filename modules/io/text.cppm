@@ -229,11 +229,11 @@ template <int D>
 struct NameRule {
     std::string (*legal)(std::string_view name);  ///< returns the nearest legal name
     std::size_t longest = std::string::npos;
-    std::vector<std::string> reserved = {};       ///< names that must not occur
+    std::vector<std::string> reserved = {};  ///< names that must not occur
     std::string_view unnamed = "unnamed";
 };
 
-/// A name in a file, which occurs once with each of these endings, for example of components.
+/// A name and its endings. The file contains the name once with each ending, for example for each component.
 struct ListedName {
     std::string name;
     std::vector<std::string> endings{{}};

@@ -113,9 +113,9 @@ struct DataArray {
     std::string type;
     std::size_t components = 1;  ///< number of components in the file
     std::string format;
-    std::size_t offset = 0;                       ///< position in the appended data
-    std::string_view text = {};                   ///< the data, if it is not appended
-    std::size_t at = 0;                           ///< position in the file of the XML element (bytes)
+    std::size_t offset = 0;      ///< position in the appended data
+    std::string_view text = {};  ///< the data, if it is not appended
+    std::size_t at = 0;          ///< position in the file of the XML element (bytes)
     std::vector<DataArray> other_pieces = {};
     std::shared_ptr<const Numbers> numbers = {};  ///< the numbers, if already read (legacy VTK files)
 };

@@ -93,7 +93,7 @@ Outcome<Buffer<T>> whole(const Numbers& numbers, T otherwise, const Execution& e
         numbers);
 }
 
-/// Shifts ends of cells and numbers of points, which each piece counts from 0.
+/// Renumbers ends of cells and points, because each piece counts them from 0.
 void join_pieces(const File& file, Buffer<std::uint64_t>& ends, Buffer<std::uint32_t>& connectivity) {
     std::uint64_t cell = 0, entry = 0, point = 0;
     for (const PieceSize& piece : file.pieces) {

@@ -235,7 +235,7 @@ class Sink {
     bool binary_;
     const Execution& execution_;
     std::string pending_;
-    TextWriter text_;  ///< text files only
+    TextWriter text_;  ///< used for text files only
     Chunks packed_;
 };
 

@@ -68,7 +68,7 @@ struct EdgeEnd {
 template <int D>
 struct EdgeEnds {
     EdgeEnd<D> a, b;
-    bool is_curved = false;  ///< true if an element of the shell is curved
+    bool is_curved = false;
 };
 
 /// One element of an edge's shell. `gradient` is the gradient of the field in the element. `walls` are normals, of any
@@ -107,7 +107,6 @@ class BackModel {
     virtual ~BackModel() = default;
 
     [[nodiscard]] virtual Location<D> locate(const Vec<D>& p, ElementId hint) const = 0;
-    /// Samples only values; the gradients in `out` remain unchanged.
     virtual void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const = 0;
     /// Samples values, and the gradients of the field in each point's element. Outside the mesh, gradients are those of
     /// the constant continuation from the nearest boundary point.
@@ -117,7 +116,6 @@ class BackModel {
     virtual void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                                  std::span<FieldSample<D>> out) const = 0;
 
-    /// Samples the field at both ends of each edge.
     virtual void sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const = 0;
 
     /// Returns null pointers if the model does not support packs; callers then search edges one by one.
@@ -125,7 +123,6 @@ class BackModel {
 
     [[nodiscard]] virtual std::size_t vertex_count() const = 0;
     [[nodiscard]] virtual BackVertex<D> vertex(VertexId v) const = 0;
-    /// Returns the sector of e, an element in the shell of the edge (a, b).
     [[nodiscard]] virtual BackSector<D> sector(ElementId e, VertexId a, VertexId b) const = 0;
 
   protected:
@@ -191,12 +188,9 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetric<D>> log_metrics);
 
-/// Returns the gradients ∇ξ_i of the barycentric coordinates of element `e`.
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D + 1> barycentric_gradients(const LinearMesh<D>& mesh, ElementId e);
 
-/// Locates p. On a straight mesh the search walks through neighbouring elements, first from `hint`, then from the
-/// nearest boundary point.
 template <int D>
 [[nodiscard]] Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
     return back->locate(p, hint);
@@ -302,7 +296,6 @@ template <int D>
 [[nodiscard]] Outcome<CurvedLocator<D>> make_curved_locator(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                             const Execution& execution);
 
-/// Quadrature rule on [0, 1]: ∫ f ≈ Σ w_q f(t_q).
 struct Quadrature {
     std::vector<double> t, w;
     [[nodiscard]] std::size_t size() const { return t.size(); }

@@ -20,11 +20,11 @@ using Barycentrics = std::array<double, D + 1>;
 /// δ_ij.
 export template <int D>
 struct ElementFrame {
-    std::array<Vec<D>, D + 1> p;         ///< corners
-    std::array<Vec<D>, D + 1> gradient;  ///< gradients ∇u_i
-    int base = 0;                        ///< corner relative to which positions are measured
-    double determinant = 0;              ///< D! times the signed volume
-    double condition_squared = 0;        ///< square of the factor by which rounding errors of coordinates grow in u_i
+    std::array<Vec<D>, D + 1> p;
+    std::array<Vec<D>, D + 1> gradient;
+    int base = 0;                  ///< corner relative to which positions are measured
+    double determinant = 0;        ///< D! times the signed volume
+    double condition_squared = 0;  ///< square of the factor by which rounding errors of coordinates grow in u_i
 
     ElementFrame(const LinearMesh<D>& mesh, ElementId e) {
         const auto& v = mesh.elements.vertices[e];
@@ -144,9 +144,7 @@ class StraightBack final : public BackModel<D> {
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
-    /// Returns ∂ log M/∂x_i = Σ_j ∂u_j/∂x_i log M_j, which is constant in the element (log M_j: value at vertex j).
     [[nodiscard]] LogGradient<D> gradient_in(ElementId e) const;
-    /// Returns log M = Σ ξ_i log M_i from the values log M_i at the vertices.
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> gradient_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> recovered_gradient_at(const Location<D>& location) const;
@@ -157,7 +155,6 @@ template <int D>
 [[nodiscard]] Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           Column<LogMetric<D>> log_metrics, const Execution& execution);
 
-/// Volume of an element, and the product of the gradient and this volume; both are multiplied by D!.
 template <int D>
 struct WeightedGradient {
     LogGradient<D> gradient{};
@@ -188,8 +185,6 @@ struct TriangleFrame {
     return {mesh.points[v[0]], mesh.points[v[1]], mesh.points[v[2]]};
 }
 
-/// Back mesh of a standalone surface mesh. Log-metrics are linear in each triangle. A point off the surface has the
-/// value of the nearest surface point.
 class SurfaceBack final : public BackModel<3> {
   public:
     LinearMesh<3> mesh;
@@ -224,11 +219,10 @@ class SurfaceBack final : public BackModel<3> {
 
 template <int D>
 struct MappedPoint {
-    Vec<D> point;     ///< point x(X) of the curved mesh, for a point X of the straight mesh
-    Mat<D> jacobian;  ///< F = ∂x/∂X
+    Vec<D> point;
+    Mat<D> jacobian;
 };
 
-/// Back mesh of a quadratic mesh, stored as its straight mesh and the displacements of the edge nodes.
 template <int D>
 class CurvedBack final : public BackModel<D> {
   public:
@@ -263,7 +257,7 @@ class CurvedBack final : public BackModel<D> {
 template <int K, int D>
 struct CurvedSimplex {
     Vec<D> origin;
-    std::array<Vec<D>, K + 1> d{};                 ///< d_i = P_i − P_0
+    std::array<Vec<D>, K + 1> d{};
     std::array<Vec<D>, edges_per_simplex<K>> u{};  ///< u_e in the order of `local_edges`
 
     [[nodiscard]] Vec<D> point(const std::array<double, K + 1>& xi) const {
@@ -303,7 +297,6 @@ struct CurvedSimplex {
         }
         return p;
     }
-    /// Returns the bounding box of the Bézier points, enlarged by a bound of rounding errors.
     [[nodiscard]] Box<D> box() const {
         Box<D> box;
         for (int i = 0; i <= K; ++i) box.include(origin + d[i]);
@@ -342,7 +335,6 @@ template <int D>
     return curved_simplex<D, D>(corners, nodes);
 }
 
-/// Returns a face of an element. Its corners are ordered as in `face_opposite`.
 template <int D>
 [[nodiscard]] CurvedSimplex<D - 1, D> curved_face(const QuadraticMesh<D>& mesh, const ElementFace& face) {
     const auto local = face_opposite<D>(static_cast<int>(face.opposite));
@@ -374,7 +366,6 @@ template <int K>
     return out;
 }
 
-/// Approximate solution of F(ξ) = P_0 + r for the map F of a `CurvedSimplex`.
 template <int D>
 struct Root {
     Barycentrics<D> xi{};
@@ -405,7 +396,7 @@ template <int D>
 template <int D>
 struct RootIterate {
     Barycentrics<D> xi{};
-    Mat<D> inverse;  ///< inverse Jacobian of the last step
+    Mat<D> inverse;
     bool has_converged = false;
 };
 template <int D>
@@ -479,14 +470,13 @@ template <int D>
 
 namespace camber {
 
-/// Returns `hint`, or no element if the mesh has no element of this number.
 template <int D>
 [[nodiscard]] ElementId element_or_none(const LinearMesh<D>& mesh, ElementId hint) {
     return hint.valid() && hint.index() < mesh.elements.size() ? hint : ElementId{};
 }
 
 /// Returns the location of p if p is bitwise equal to a vertex of `e`. Fields are often sampled at the vertices of
-/// their own mesh. Without this test, rounding would place half of the boundary vertices outside.
+/// their mesh. Without this test, rounding would place half of the boundary vertices outside.
 template <int D>
 [[nodiscard]] std::optional<Location<D>> at_vertex_of(const LinearMesh<D>& mesh, ElementId e, const Vec<D>& p) {
     if (!e.valid()) return {};
@@ -511,7 +501,6 @@ template <int D>
                                                                  const Incidence<ElementId>& balls,
                                                                  const Execution& execution);
 
-/// Number of elements per block: enough for many threads, few enough for the cache of a core.
 inline constexpr std::size_t ball_block = 8192;
 
 /// Calls `visit(v, elements)` for those corners v of `e` for which `e` is the first element around v with a number in
@@ -542,6 +531,7 @@ template <std::size_t N>
 /// - `make(begin, end, parts)` computes the contributions of the elements [begin, end).
 /// - `add(v, each_part)` adds contributions to vertex v. `each_part(f)` calls `f(part)` for each of them, by ascending
 ///   element.
+///
 /// Only one thread at a time works on a vertex.
 template <class Part, int D>
 [[nodiscard]] Outcome<Done> sum_over_balls(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,

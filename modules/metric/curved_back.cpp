@@ -29,7 +29,6 @@ void add(Mat<D>& sum, const Mat<D>& a) {
     for (int i = 0; i < D; ++i) sum.column[i] += a.column[i];
 }
 
-/// Transforms derivatives by X to derivatives by x: ∂/∂x_i = Σ_j (F⁻¹)_ji ∂/∂X_j, with F in `jacobian`.
 template <int D>
 LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) {
     const Mat<D> back = inverse(jacobian);
@@ -49,7 +48,6 @@ Vec<D> reference_point(const CurvedBack<D>& back, const Location<D>& location) {
     return p;
 }
 
-/// Returns the largest change of a barycentric coordinate due to `step`.
 template <int D>
 double share_of_element(const std::array<Vec<D>, D + 1>& gradients, const Vec<D>& step) {
     double most = 0;
@@ -216,8 +214,6 @@ using Part = WeightedGradient<D>;
 template <int D>
 using Parts = std::array<Part<D>, D + 1>;
 
-/// Returns D! times the volume, the weight of an element in means. Cancellation in thin elements does not matter for a
-/// weight.
 template <int D>
 double volume_of(const LinearMesh<D>& mesh, ElementId e) {
     const auto& v = mesh.elements.vertices[e];

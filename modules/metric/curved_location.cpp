@@ -67,7 +67,6 @@ double largest(const Vec<D>& v) {
     return most;
 }
 
-/// Returns a bound of the rounding error of each coordinate of r − F(ξ).
 template <int D>
 Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi) {
     Vec<D> bound;
@@ -223,7 +222,6 @@ auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     return out;
 }
 
-/// Returns true if a direction separates the point r from all Bézier points of the part.
 template <int D>
 bool misses(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Part<D>& part, const Mat<D>& a,
             const Mat<D>& jacobian) {

@@ -27,7 +27,6 @@ using Lanes = std::array<double, pack_size>;
     std::memcpy(lanes.data(), &p, sizeof p);
     return lanes;
 }
-/// Adds the lanes in a fixed order, so that the result is independent of the instruction set.
 double sum(const Lanes& x) { return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7])); }
 
 /// `slopes<D>[e][k]`: component k of the gradient 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j) of the shape function of edge e = i–j, at the
@@ -48,7 +47,7 @@ constexpr auto slopes = [] {
 template <int D>
 struct Sampled {
     MatPack<D> a;
-    Pack det{}, square{}, distortion{};  ///< det A, tr(AᵀA), and η with |det A|
+    Pack det{}, square{}, distortion{};
 };
 
 template <int D>
@@ -243,7 +242,7 @@ template <int D>
 struct FramedPart {
     std::array<Mat<D>, D + 1> jacobians;  ///< T J W⁻¹ at the corners of the part; linear in between
     std::array<Sym<D>, D + 1> logs;       ///< log M at the corners, in the eigenvectors of M_mid
-    Vec<D> log_values;                    ///< eigenvalues of log M_mid
+    Vec<D> log_values;
 };
 template <int D>
 using Corners = std::array<Barycentric<D>, D + 1>;
@@ -267,7 +266,7 @@ FramedPart<D> framed_part(const QuadraticNodes<D>& nodes, const VertexLogMetrics
     return part;
 }
 
-/// Returns upper bounds of the absolute entries of M in the frame T, from log M at the corners of the part
+/// Returns upper bounds of the absolute entries of M in the frame T of `part`, from log M at its corners
 /// (docs/algorithms/distortion.md).
 template <int D>
 Sym<D> largest_metric(const FramedPart<D>& part) {
@@ -337,7 +336,6 @@ double min_determinant(const FramedPart<D>& part) {
     return least;
 }
 
-/// Returns the relative change of A and M along the edge i–j of the part.
 template <int D>
 double change_along(const FramedPart<D>& part, int i, int j) {
     double of_a = 0, size = 0, of_m = 0;

@@ -83,7 +83,6 @@ Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Ve
     return best;
 }
 
-/// Returns the barycentric coordinates of the point of a segment or triangle nearest to x.
 inline std::array<double, 2> nearest_in_face(const std::array<Vec<2>, 2>& p, const Vec<2>& x) {
     const Vec<2> e = p[1] - p[0];
     const double t = std::clamp(dot(x - p[0], e) / norm_squared(e), 0.0, 1.0);

@@ -43,7 +43,6 @@ template <int D, int N>
 using Parts = std::array<Part<D, N>, D + 1>;
 constexpr double no_weight = -1;
 
-/// Computes N means at each vertex; `make` is passed to `sum_over_balls`.
 template <int D, int N>
 Outcome<std::array<Buffer<LogMetric<D>>, N>> means(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                    const Execution& execution, const auto& make) {
@@ -74,7 +73,6 @@ Outcome<std::array<Buffer<LogMetric<D>>, N>> means(const LinearMesh<D>& mesh, co
     });
 }
 
-/// Corners of an element, and the vectors from its chords' middles to its edge nodes.
 template <int D>
 struct CurvedElement {
     Corners<D> corners;
@@ -123,7 +121,6 @@ template <int D>
     return tangents;
 }
 
-/// Stores log-metric times volume as contribution to the mean `form` at a corner.
 template <int D, int N>
 [[gnu::always_inline]] inline void put(const SymPack<D>& log_metric, Pack volume, std::size_t begin, int corner,
                                        int form, std::span<Parts<D, N>> parts) {
@@ -141,8 +138,6 @@ template <int D, int N>
 
 enum MetricForm : std::uint8_t { straight, curved };
 
-/// Computes the contributions of eight elements to their corners. Jacobi iterations for curved elements start from the
-/// singular vectors of the straight elements.
 template <int D>
 [[gnu::always_inline]] inline void parts_of_pack(std::span<const CurvedElement<D>> elements, std::size_t begin,
                                                  const Mat<D>& reference, std::span<Parts<D, 2>> parts) {

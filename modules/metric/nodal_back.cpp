@@ -13,7 +13,6 @@ namespace camber {
 
 namespace {
 
-/// Returns ∂ log M/∂ξ_a for a = 1 … D, with ξ_0 = 1 − Σ ξ_a.
 template <int D>
 std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
     const auto& v = back.places.mesh.linear.elements.vertices[e];
@@ -30,7 +29,6 @@ std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, 
     return out;
 }
 
-/// Transforms derivatives by ξ_1 … ξ_D to derivatives by x; `rows` are the vectors ∂ξ_a/∂x.
 template <int D>
 LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<Vec<D>, D>& rows) {
     LogGradient<D> out{};
@@ -39,7 +37,6 @@ LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<
     return out;
 }
 
-/// Returns the vectors ∂ξ_a/∂x, the rows of the inverse Jacobian.
 template <int D>
 std::array<Vec<D>, D> inverse_rows(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
     const Mat<D> a = inverse(jacobian_at(curved_element(back.places.mesh, e), xi));
@@ -219,7 +216,6 @@ namespace {
 
 constexpr int points_per_direction = 5;
 
-/// Point and weight of a Gauss rule of the cube, mapped to the simplex by Duffy's transformation.
 template <int D>
 struct Weighted {
     Barycentrics<D> xi{};

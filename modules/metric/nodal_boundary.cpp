@@ -18,7 +18,6 @@ struct Nearest {
     double distance_squared = std::numeric_limits<double>::infinity();
 };
 
-/// Solves a x = b with symmetric a; the result is not finite if a is singular.
 inline Vec<1> solved(const Sym<1>& a, const Vec<1>& b) { return {{b[0] / a(0, 0)}}; }
 inline Vec<2> solved(const Sym<2>& a, const Vec<2>& b) {
     const double det = a(0, 0) * a(1, 1) - a(1, 0) * a(1, 0);
@@ -43,7 +42,6 @@ Sym<K> curvature_of_distance(const CurvedSimplex<K, D>& s, const std::array<Vec<
     return is_definite(all) ? all : metric;
 }
 
-/// Reduces the distance of F(ξ) from r by Newton's method within the simplex.
 template <int K, int D>
 void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest) {
     for (int step = 0; step < 30; ++step) {
@@ -133,7 +131,6 @@ bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_s
     return gap > 0 && gap * gap > distance_squared;
 }
 
-/// Returns true if the nearest point is in the interior of its face, and p on the outer side of the face.
 template <int D>
 bool looks_outward(const CurvedLocator<D>& back, const NearestOnCurved<D>& nearest, const Vec<D>& p) {
     // On an edge or vertex of the mesh the test is ambiguous: some of the boundary faces there may be oriented away

@@ -78,7 +78,6 @@ template <std::size_t M>
     return exp(mean) * sum;
 }
 
-/// Element data: `f` is ½ tr log M at the corners, `volume` is |det J|.
 template <int D>
 struct DensityElement {
     std::array<double, D + 1> f{};
@@ -113,7 +112,6 @@ void add_complexities(std::span<const DensityElement<D>> elements, double& sum) 
     }
 }
 
-/// Returns the log of the squared anisotropy, maximum of at most eight metrics.
 template <int D>
 double largest_spread(std::span<const LogMetric<D>> field) {
     double most = 0;
@@ -139,7 +137,6 @@ std::string check(const MetricBounds& b) {
     return {};
 }
 
-/// Returns a size that is out of range (or NaN), if any.
 template <int D>
 std::optional<double> size_out_of_range(const LogMetric<D>& log_metric) {
     const double least = -2 * log(max_length), most = -2 * log(min_length);
@@ -436,7 +433,6 @@ Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& ed
 
 namespace {
 
-/// Returns log M = λ_t I + (λ_n − λ_t) n nᵀ, where each λ is −2 log of the tangential (t) or normal (n) size.
 template <int D>
 LogMetric<D> thin_along(const Vec<D>& normal, double tangent_size, double normal_size) {
     const double tangential = -2 * log(tangent_size);

@@ -13,7 +13,6 @@ import :spd;
 
 export namespace camber {
 
-/// Returns the matrix with columns p_i − p_0 for the vertices p_i of the regular simplex with edge length 1.
 template <int D>
 [[nodiscard]] inline Mat<D> regular_simplex() {
     Mat<D> j;
@@ -99,7 +98,6 @@ template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> apply_bounds(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
                                                          const Execution& execution);
 
-/// Intersects the metrics of two fields at each vertex. Errors (usage): columns of different sizes; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const Column<LogMetric<D>>& b,
                                                          const Execution& execution);
@@ -175,7 +173,7 @@ template <int D>
 template <int D>
 struct Graded {
     Column<LogMetric<D>> log_metrics;
-    int sweeps = 0;          ///< number of sweeps that changed metrics
+    int sweeps = 0;
     bool converged = false;  ///< false if sweeps ended because of `max_sweeps`
     std::size_t changed = 0;
 };

@@ -16,7 +16,6 @@ struct VecPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator[](int i) { return c[i]; }
 };
 
-/// Entries are ordered as in Sym.
 export template <int D>
 struct SymPack {
     std::array<Pack, sym_size<D>> c{};
@@ -24,7 +23,6 @@ struct SymPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return c[Sym<D>::index(i, j)]; }
 };
 
-/// Columns are ordered as in Mat.
 export template <int D>
 struct MatPack {
     std::array<VecPack<D>, D> column{};
@@ -167,7 +165,6 @@ export template <int D>
     return m;
 }
 
-/// Computes eight eigensystems by cyclic Jacobi rotations; each lane rotates until it converges.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline EigenPack<D> eigen_system(SymPack<D> a) {
     MatPack<D> r = identity_pack<D>();
@@ -265,7 +262,6 @@ template <int D>
     return composed(s.vectors, logs);
 }
 
-/// Metrics M̂ = Fᵀ M F pulled back by F: `log_metric` is log M̂, `axes` is M^{1/2} F M̂^{-1/2}.
 export template <int D>
 struct PulledBackPack {
     SymPack<D> log_metric;

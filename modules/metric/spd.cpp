@@ -96,7 +96,6 @@ namespace {
 
 enum class TensorState : std::uint8_t { sound, floored, indefinite, singular, zero, out_of_range, not_finite };
 
-/// A zero row makes an eigenvalue exactly zero. Rounding errors can explain other singular matrices.
 template <int D>
 bool has_zero_row(const Sym<D>& m) {
     for (int i = 0; i < D; ++i) {
@@ -107,7 +106,6 @@ bool has_zero_row(const Sym<D>& m) {
     return false;
 }
 
-/// True if squares of the entries would overflow or underflow.
 template <int D>
 bool is_out_of_range(const Sym<D>& m) {
     double largest = 0;

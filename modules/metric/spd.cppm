@@ -19,7 +19,6 @@ struct EigenSystem {
     Mat<D> vectors;
 };
 
-/// Applies the Jacobi rotation that makes a(p, q) zero to A and to the columns of R.
 template <int D>
 inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
     const double apq = a(p, q);
@@ -229,7 +228,6 @@ template <int D>
     return {composed(e)};
 }
 
-/// Returns sqrt(λ_max/λ_min) for the eigenvalues λ of the metric.
 template <int D>
 [[nodiscard]] inline double anisotropy(const LogMetric<D>& log_metric) {
     const Vec<D> values = eigen_system(log_metric.l).values;
@@ -243,7 +241,6 @@ template <int D>
 /// bitwise independent of the other items and of the instruction set.
 export namespace camber {
 
-/// Computes sqrt(vᵀ M v) for each vector v and its metric M.
 template <int D>
 void metric_norms(std::span<const LogMetric<D>> metrics, std::span<const Vec<D>> vectors, std::span<double> norms,
                   Instructions set = widest_instructions());
@@ -252,7 +249,6 @@ template <int D>
 void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, std::span<LogMetric<D>> metrics,
                          Instructions set = widest_instructions());
 
-/// Metric M̂ = Fᵀ M F: M pulled back by a linear map F.
 template <int D>
 struct PulledBackMetric {
     LogMetric<D> log_metric;           ///< log M̂
@@ -292,7 +288,6 @@ template <int D>
     return congruence(s.vectors, log_derivative_in_frame(s, congruence(transposed(s.vectors), direction)));
 }
 
-/// First decomposes the entries of M, so the anisotropy should be at most about 1e7.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative(const Metric<D>& metric, const Sym<D>& direction) {
     return log_derivative(SpectralMetric<D>(log(metric)), direction);
@@ -334,7 +329,6 @@ template <int N, int K, int D>
     return out;
 }
 
-/// Returns log M(ξ) of form (2) or (4).
 template <int N, int K, int D>
 [[nodiscard]] inline LogMetric<D> interpolated(const BezierLogs<N, K, D>& field, const Barycentric<K>& xi) {
     LogMetric<D> out;

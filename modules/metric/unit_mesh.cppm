@@ -190,8 +190,8 @@ template <int D>
 [[nodiscard]] ElementMetric<D> element_metric(const VertexLogMetrics<D>& vertices,
                                               Instructions set = widest_instructions());
 
-/// Quality at the points of `distortion_rule`. `least` is its minimum. `mean` is 1 over the mean of η. It is negative
-/// if det J is negative at all points, and 0 if det J has no common sign. Both are never NaN.
+/// Quality at the points of `distortion_rule`: `least` is its minimum, and `mean` is 1 over the mean of η. The mean is
+/// negative if det J is negative at all points, and 0 if det J has no common sign. Neither is ever NaN.
 struct CurvedQuality {
     double mean = 0, least = 0;
     friend bool operator==(const CurvedQuality&, const CurvedQuality&) = default;
@@ -221,7 +221,7 @@ template <int D>
 /// rule for triangles has seven points; the weight of lane eight is 0.
 template <int D>
 struct DistortionRule {
-    std::array<std::array<double, pack_size>, D + 1> xi{};  ///< xi[i][lane]: barycentric coordinate i of a point
+    std::array<std::array<double, pack_size>, D + 1> xi{};
     std::array<double, pack_size> weights{};
 };
 template <int D>
@@ -254,7 +254,6 @@ inline constexpr DistortionRule<D> distortion_rule = [] {
 
 namespace camber {
 
-/// Gradients ∇ξ_i in the regular simplex. For i ≥ 1 they are the rows of W⁻¹; ∇ξ_0 is minus their sum.
 template <int D>
 inline constexpr std::array<Vec<D>, D + 1> regular_gradients = [] {
     constexpr double a = std::numbers::inv_sqrt3;
@@ -310,8 +309,8 @@ template <int D>
 
 export namespace camber {
 
-/// Bounds of the minimum quality of an element. It is at least `bound` (up to rounding), and at most `attained`, a
-/// sampled value. If det J is not proven positive, `bound` is −1, below any quality.
+/// Bounds of the minimum quality of an element. This minimum is at least `bound` (up to rounding), and at most
+/// `attained`, a sampled value. If det J is not proven positive, `bound` is −1, below any quality.
 struct QualityBound {
     double bound = -1, attained = 1;
     friend bool operator==(const QualityBound&, const QualityBound&) = default;
@@ -362,7 +361,6 @@ template <int D>
                                                              std::span<const LogMetric<D>> log_metrics,
                                                              const Execution& execution);
 
-/// Lengths of the edges; mean qualities of the elements, and bounds of their minimum qualities.
 struct CurvedMeasures {
     Buffer<double> lengths, qualities;
     Buffer<QualityBound> least;

@@ -456,7 +456,8 @@ Vec<D> CurvedNodes<D>::target_node_of(EdgeId edge) const {
     return midpoint(r_.mesh.points[a], r_.mesh.points[b]) + offset[0];
 }
 
-/// Problem: minimise the distances of nodes from their targets, so that all elements meet their Jacobian bounds.
+/// Problem: minimise the distances of nodes from their targets, with the Jacobian bounds of all elements as
+/// constraints.
 template <int D>
 JointProblem<D> CurvedNodes<D>::bending_problem() {
     using Problem = JointProblem<D>;
@@ -531,8 +532,8 @@ void CurvedNodes<D>::bend(const std::vector<Vec<D>>& before, const std::vector<V
     refresh_stale();
 }
 
-/// True if each element has fair quality. An element outside the star must only get no worse. Strongly bent elements
-/// seldom improve later.
+/// True if each element has fair quality. Elements outside the star need only be no worse than before. Strongly bent
+/// elements seldom improve later.
 template <int D>
 bool CurvedNodes<D>::is_bent_well() {
     const double fair = shape_of_quality(fair_quality, D);

@@ -119,8 +119,8 @@ struct OldPlace {
     int rank = 0;
     double least = -std::numeric_limits<double>::infinity();
 };
-/// Replaces `best` by the image of `p` on this boundary simplex if the simplex has a higher rank or, at equal rank, a
-/// larger smallest barycentric coordinate of `p`.
+/// Replaces `best` by the image of `p` on this boundary simplex if the simplex has a higher rank. At equal rank, the
+/// smallest barycentric coordinate of `p` must be larger than before.
 template <int D, int K>
 void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, edges_per_simplex<K>>& nodes,
              const Vec<D>& p, int rank, OldPlace<D>& best) {

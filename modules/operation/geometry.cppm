@@ -125,7 +125,7 @@ struct FacetDistance {
 };
 
 /// Distance of the patch's new facets from the geometry; 0 without a geometry. The limit is `share`, or the distance of
-/// the farthest removed facet if that is larger. Edges on embedded lines are limited alike.
+/// the farthest removed facet if that is larger. For edges on embedded lines, the limit is analogous.
 template <int D>
 [[nodiscard]] FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                    const Patch<D>& patch, double share);

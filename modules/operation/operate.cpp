@@ -34,8 +34,8 @@ RejectionReason reason_of(StarFailure failure) {
     return RejectionReason::empty;
 }
 
-/// True if the node moves by more than 0.001, and by more than 5 % of its distance from the target, in the metric of
-/// either end of the edge.
+/// True if the node moves by more than 0.001, and by more than 5 % of its distance from the target, in the metric of at
+/// least one end of the edge.
 template <int D>
 bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId edge, const Vec<D>& to) {
     constexpr double length = 1e-3, share = 0.05;
@@ -204,7 +204,7 @@ class OperationRunner {
         if (defect.reason == RejectionReason::none) nodes.approach();
         result_.optimisation_problems += nodes.optimisation_problems();
         if (defect.reason != RejectionReason::none) {
-            // Excludes elements that became faulty only by the correction of others.
+            // Excludes elements that became faulty only when others were corrected.
             if (is_corrected) std::erase_if(w_.defective, [&](std::size_t j) { return !was_defective(j); });
             if (w_.defective.empty()) w_.defective.push_back(defect.joined);
             return defect;

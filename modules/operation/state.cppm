@@ -196,8 +196,8 @@ template <int D>
 struct AdaptationGoal {
     BackMesh<D> field;
     std::optional<Geometry<D>> geometry;
-    // Degree 2: `search` determines the targets of inner nodes. Without `search`, these are the closed-form positions
-    // of maximum accuracy.
+    // Degree 2: `search` determines the targets of inner nodes. Without `search`, the targets are the closed-form
+    // positions of maximum accuracy.
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
     /// Degree 2 with fixed topology: target of each edge's node, also on the boundary. If not empty, the targets
@@ -249,7 +249,7 @@ struct CavityRequest {
     Reference reference = 0;
     GeometryPosition geometry_position = {};
 
-    // For degree 2:
+    // The members below are for degree 2.
     LogGradient<D> gradient{};            ///< gradient of the field at `place`
     std::optional<Vec<D>> origin = {};    ///< position in the straight cavity that the removed elements map to `place`;
                                           ///< empty: `place` itself
@@ -313,7 +313,7 @@ struct PatchLimits {
 enum class RejectionReason : std::uint8_t {
     none,
     empty,
-    required,  ///< as in `StarFailure`, or a corner or a vertex with elements outside the cavity would move
+    required,  ///< as in `StarFailure`; or a corner, or a vertex with elements outside the cavity, would move
     surface,
     line,
     ball,

@@ -85,7 +85,7 @@ Outcome<Column<std::int32_t>> parts_of(const Simplices<C>& cells, const Incidenc
     return map_each(execution, simplices.size(),
                     [&](std::size_t s) -> std::int32_t {
                         const SimplexVertices<K>& simplex = simplices.vertices[s];
-                        for (const Id c : balls[simplex[0]])  // in ascending order
+                        for (const Id c : balls[simplex[0]])  // cells are in ascending order
                             if (std::ranges::all_of(simplex, [&](VertexId v) {
                                     return std::ranges::find(cells.vertices[c], v) != cells.vertices[c].end();
                                 }))

@@ -198,7 +198,7 @@ class Recovery {
         }
     }
 
-    /// Fits the highest degree that the nodes determine: nodes may be few, or in few layers.
+    /// Fits the highest degree that the nodes determine, because they may be few, or in few layers.
     int determine(Work& work, VertexId v, std::size_t row) const {
         FitRequest request = fit_request(row);
         for (;;) {

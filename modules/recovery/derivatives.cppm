@@ -202,7 +202,7 @@ template <int D>
 
 enum class NodeOrder : std::uint8_t {
     plausible,            ///< no evidence against the order, or too few different values
-    by_first_element,     ///< certain: edge values are in another order, that of the first elements with the edges
+    by_first_element,     ///< certain: edge values are ordered by the first element that contains the edge
     unrelated_mid_nodes,  ///< certain: neighbouring vertex values are related, but edge values are not related to the
                           ///< values at the edges' ends
     unrelated,            ///< neighbouring values are as different as in a random order
@@ -234,7 +234,7 @@ struct NormalGradients {
 ///
 ///     g = sqrt(Σ_f (weight_f ∂u_f/∂n)²).
 ///
-/// n is the normal of the curved facet, and ∂u_f/∂n comes from an adjacent element. On interfaces, it is the side with
+/// n is the normal of the curved facet, and ∂u_f/∂n comes from an adjacent element; on interfaces, from the side with
 /// the larger g. Integrals are sums over corners. `balls`: elements around each vertex; \p derivatives: result of
 /// `recover_derivatives` for \p mesh. Errors: usage (not one weight per field); memory; stopped.
 template <int D>

@@ -192,9 +192,9 @@ template <int D, int P>
 using Coefficients = std::array<double, monomials_up_to<D>(P)>;
 
 /// Least-squares fit of a polynomial p to values u at nodes: minimises Σ w² (p(y) − u)². y = B (x − vertex): whitened
-/// coordinates; w = 1/(core + |y|). The normal matrix is filled from the moments Σ w² y^{α+β}, of which there are only
-/// a quarter as many as entries. It is factorised once for all fields. Monomials are ordered by degree, so the leading
-/// blocks of the factor are the factors for lower degrees.
+/// coordinates; w = 1/(core + |y|). The normal matrix of the monomials y^α and y^β is filled from the moments Σ w²
+/// y^{α+β}, of which there are only a quarter as many as entries. It is factorised once for all fields. Monomials are
+/// ordered by degree, so the leading blocks of the factor are the factors for lower degrees.
 template <int D, int P>
 class Fit {
   public:
@@ -231,9 +231,9 @@ class Fit {
     std::vector<Block> blocks_;
     std::vector<Lanes> values_;
     std::array<double, monomials_up_to<D>(2 * P)> moments_{};
-    std::array<double, size> scale_{};                     ///< diagonal of S, which gives G = S M S the diagonal 1
-    std::array<std::array<double, size>, size> factor_{};  ///< factor U of G in the upper triangle, with 1 / U_ii on
-                                                           ///< the diagonal
+    std::array<double, size> scale_{};  ///< scale of each monomial, so that the normal matrix has the diagonal 1
+    std::array<std::array<double, size>, size> factor_{};  ///< upper triangle: Cholesky factor of the scaled normal
+                                                           ///< matrix, with the inverse diagonal
     std::array<double, P + 1> independence_{};
 };
 
@@ -290,7 +290,7 @@ template <int D, int P>
     return at;
 }
 
-/// Returns the derivatives at y = 0, which are α! c_α.
+/// Returns the derivatives α! c_α of Σ_α c_α y^α at y = 0.
 template <int D, int P>
 [[nodiscard]] Derivatives<D> derivatives_at_origin(const Coefficients<D, P>& c) {
     constexpr std::array factorials{1.0, 1.0, 2.0, 6.0};

@@ -107,8 +107,9 @@ struct PipelineTexts {
     std::vector<std::string> metric_operations, stages;
 };
 
-/// Plan of a run for `--dry-run`: input and sizes, metric, geometry, stages with changed options, expected memory and
-/// time. `growth`: expected result of passes, if known. `seconds`: predicted time, if there was a probe.
+/// Plan of a run for `--dry-run`. It lists input, sizes, metric, geometry, stages with changed options, and the
+/// expected memory and time. `growth`: expected result of passes, if known. `seconds`: predicted time, if there was a
+/// probe.
 [[nodiscard]] std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& parts, const PlanSize& size,
                                     const std::optional<Growth>& growth, std::optional<double> seconds, int threads);
 

@@ -1,4 +1,4 @@
-// Options and generators of boxes, channels with a bump, and shells, also by rows. Estimates of their numbers of
+// Options and generators of boxes, channels with a bump, and shells. Generators by rows, and estimates of numbers of
 // elements.
 module;
 #include <array>
@@ -13,7 +13,7 @@ import :delaunay;
 
 export namespace camber {
 
-/// Heights of the layers, from the wall: first_height, first_height × growth, ….
+/// Layers on a wall. Their heights, beginning at the wall, are first_height, first_height × growth, ….
 struct BoundaryLayer {
     int count = 0;
     double first_height = 0.02;  ///< height of the layer at the wall (model units)
@@ -145,7 +145,7 @@ template <int D>
 /// ceiling. The mesh has four corners.
 struct BumpOptions {
     double length = 3, height = 1;             ///< in model units
-    double bump_height = 0.2, bump_width = 1;  ///< at the middle of the floor (model units)
+    double bump_height = 0.2, bump_width = 1;  ///< size of the bump at the middle of the floor (model units)
     std::array<int, 2> cells{36, 8};           ///< number of cells along the channel, and of rows above the layers
     BoundaryLayer floor_layer{.count = 0, .first_height = 0.01, .growth = 1.3};
     double jitter = 0.2;  ///< maximum random move of inner vertices along each axis, in cell sizes
@@ -177,7 +177,7 @@ struct BumpOptions {
 [[nodiscard]] Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& execution = {});
 
 enum class ShellStructure : std::uint8_t {
-    unstructured,  ///< Delaunay mesh of points on spheres, moved until no element is flat
+    unstructured,  ///< Delaunay mesh of points on spheres; points move until no element is flat
     prisms,        ///< rows of prisms over an icosphere, cut along random diagonals; faster
 };
 [[nodiscard]] constexpr auto words(ShellStructure) {
@@ -190,7 +190,7 @@ template <int D>
 struct ShellOptions {
     Vec<D> centre{};
     double inner_radius = 1, outer_radius = 5;  ///< in model units
-    double inner_size = 0.6, outer_size = 1.8;  ///< edge lengths at the spheres (model units), linear in between
+    double inner_size = 0.6, outer_size = 1.8;  ///< edge lengths at the spheres (model units), linear between them
     BoundaryLayer inner_layer{}, outer_layer{};
     ShellStructure structure = ShellStructure::unstructured;
     double jitter = 0.15;  ///< maximum random move of a point, in edge lengths

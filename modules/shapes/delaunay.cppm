@@ -58,7 +58,7 @@ using ElementRuns =
     std::function<Outcome<Done>(std::span<const std::uint8_t> just_moved,
                                 const std::function<Outcome<Done>(std::span<const SimplexVertices<D>>)>& look)>;
 
-/// Same, if the elements are not all in memory.
+/// Same, for elements that are not all in memory.
 template <int D>
 [[nodiscard]] Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const ElementRuns<D>& runs,
                                         double least, const Execution& execution = {});
@@ -67,8 +67,8 @@ template <int D>
 /// The edges of a base simplex and the direction to the top must be positively oriented.
 ///
 /// The diagonal of a quadrilateral goes from the bottom copy of the vertex with the lower rank to the top copy of the
-/// other. So neighbouring prisms conform, and the cyclic cut, which has no tetrahedra, does not occur. Random ranks
-/// avoid patterns. Errors: stopped.
+/// other vertex. So neighbouring prisms conform, and the cyclic cut, which has no tetrahedra, does not occur. Random
+/// ranks avoid patterns. Errors: stopped.
 template <int D, class Bottom, class Top>
 [[nodiscard]] Outcome<Done> extrude(std::span<const SimplexVertices<D - 1>> base, std::span<const std::uint64_t> ranks,
                                     Bottom&& bottom, Top&& top, std::span<SimplexVertices<D>> elements,

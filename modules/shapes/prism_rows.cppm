@@ -39,7 +39,7 @@ template <int D>
     return at;
 }
 
-/// Minimum ratio of an element's volume after warping to that before.
+/// Minimum ratio of an element's volume after warping to its volume before.
 inline constexpr double min_warped_volume_ratio = 0.05;
 
 /// Regular, warped and jittered positions of the vertices of a box.

@@ -139,7 +139,7 @@ struct Wall {
     Reference reference = 0;
 };
 
-/// Rows of a shell. Levels are ordered: the core, inner layers from core to wall, outer layers from core to wall.
+/// Rows of a shell. The order of levels is: core, inner layers from core to wall, outer layers from core to wall.
 struct ShellRowsPlan {
     std::vector<PrismRow> rows;
     std::vector<Wall> walls;

@@ -24,7 +24,6 @@ namespace {
 
 bool is_length(double size) { return size >= min_length && size <= max_length; }
 
-/// Calls `visit(v)` for the vertices of all simplices with the reference; returns the number of simplices.
 std::size_t each_vertex_of(const auto& simplices, Reference reference, const auto& visit) {
     std::size_t found = 0;
     for (std::size_t s = 0; s < simplices.size(); ++s) {
@@ -124,7 +123,6 @@ Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh, std::span<
 
 namespace {
 
-/// Normal, principal directions and absolute principal curvatures of a side at a vertex.
 template <int D>
 struct Curved {
     Vec<D> normal;
@@ -142,7 +140,6 @@ Curved<3> principal(const Vec<3>& n, const std::array<Vec<3>, 2>& tangents, cons
     return out;
 }
 
-/// Returns the area-weighted mean normal of a side's straight facets, as a unit vector; zero if the normals cancel.
 template <int D>
 Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     Vec<D> sum;
@@ -155,7 +152,6 @@ constexpr int most_unknowns = 5;
 using Equations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, most_unknowns>;
 using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_unknowns, 1>;
 
-/// Returns false if the least-squares solution is not unique.
 bool solve(const Equations& a, const Eigen::VectorXd& b, Unknowns& x) {
     Eigen::ColPivHouseholderQR<Equations> qr(a);
     qr.setThreshold(1e-6);
@@ -288,7 +284,6 @@ Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) 
     return principal(n, tangents, shape);
 }
 
-/// Returns the longest admissible chord at this curvature; infinite if the curvature is 0.
 double chord_of(double curvature, const ChordOptions& options) {
     constexpr double none = std::numeric_limits<double>::infinity();
     const double by_error = options.chord_error > 0 ? std::sqrt(8 * options.chord_error / curvature) : none;

@@ -17,7 +17,7 @@ export namespace camber {
 template <int D>
 struct MetricsAtVertices {
     Column<VertexId> vertices;
-    Column<LogMetric<D>> log_metrics;  ///< one per entry of `vertices`
+    Column<LogMetric<D>> log_metrics;
 };
 
 enum class ReferencedEntity : std::uint8_t { facets, edges, vertices, elements };
@@ -101,7 +101,7 @@ template <int D>
                                                           const Execution& execution);
 
 struct GapOptions {
-    double elements = 0;  ///< number of elements across a gap; may be fractional
+    double elements = 0;
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple(
@@ -147,7 +147,6 @@ using Side = std::span<const FacetId>;
 }
 [[nodiscard]] inline Vec<3> area_normal(const std::array<Vec<3>, 2>& columns) { return cross(columns[0], columns[1]); }
 
-/// Returns unit vectors that form an orthonormal basis together with n.
 [[nodiscard]] inline std::array<Vec<2>, 1> tangents_of(const Vec<2>& n) { return {Vec<2>{{-n[1], n[0]}}}; }
 [[nodiscard]] inline std::array<Vec<3>, 2> tangents_of(const Vec<3>& n) {
     int least = 0;

@@ -24,9 +24,9 @@ constexpr double margin = 1e-4;
 
 template <int D>
 struct Walls {
-    Buffer<Vec<D>> normals;                                     ///< unit normals; 0 for facets without area
-    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< references of the elements behind the facet (normal
-                                                                ///< side: [1])
+    Buffer<Vec<D>> normals;
+    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< references of the elements at each facet: [0]
+                                                                ///< behind it, [1] on the side of its normal
     BoxTree<D> tree;
 };
 
@@ -76,8 +76,6 @@ Outcome<Walls<D>> make_walls(const LinearMesh<D>& mesh, const Incidence<FacetId>
     return walls;
 }
 
-/// Barycentric coordinates of the point where a line crosses a segment (2D) or triangle. `across`: coordinates of its
-/// corners relative to the line, in the plane normal to the line.
 std::array<double, 2> shares(const std::array<Vec<1>, 2>& across) {
     const double all = across[1][0] - across[0][0];
     return {across[1][0] / all, -across[0][0] / all};
@@ -121,7 +119,6 @@ class Gaps {
         for (Ray<D>& ray : rays) ray.normal = normalised(ray.normal);
     }
 
-    /// Returns the distance to the facet on the other side of a gap, if less than `within`.
     [[nodiscard]] std::optional<double> thickness(VertexId from, const Ray<D>& ray, Side side, double within) const {
         constexpr double facing = 0.7;  // cos 45°
         if (!(norm_squared(ray.normal) > 0)) return std::nullopt;
@@ -156,7 +153,6 @@ class Gaps {
         }
         return 1e-6 * longest;
     }
-    /// Returns the distance along the ray to a facet; infinity if the ray misses the facet.
     [[nodiscard]] double passes(FacetId f, VertexId from, const Vec<D>& direction,
                                 const std::array<Vec<D>, D - 1>& tangents) const {
         constexpr double along = 0.0175;  // 1°

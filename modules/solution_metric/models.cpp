@@ -192,7 +192,6 @@ class Search {
         bounded_.set_frame(best);
     }
 
-    /// Scales Q so that the bound holds in all directions.
     void bound_everywhere() {
         log_bounds(directions_, bounded_, program_.least);
         double most = largest_of_table();
@@ -200,7 +199,6 @@ class Search {
         grow_by(most);
     }
 
-    /// Returns the decomposition of log Q, with Q = G⁻ᵀ G⁻¹, from the singular values of G.
     [[nodiscard]] EigenSystem<D> logs() const {
         EigenSystem<D> out = left_singular(bounded_.to_space);
         for (double& x : out.values.c) x = -2 * log(x);
@@ -208,7 +206,6 @@ class Search {
     }
 
   private:
-    /// Linear program of `bound_by_entries`, for l_1 … l_n and their maximum.
     using EntryProgram = SmallLinearProgram<D + 1, (cubic_size<D> + D + 1 + pack_size - 1) / pack_size>;
     [[nodiscard]] static EntryProgram entry_program() {
         constexpr double share = 0.1, lowest = -1e4;
@@ -244,7 +241,6 @@ class Search {
         }
         return twice;
     }
-    /// Sets the floor from the largest eigenvalue of e^most Q and the maximum anisotropy.
     void set_floor(double most) {
         const Vec<D> roots = left_singular(bounded_.to_space).values;
         const double shortest = *std::min_element(roots.c.begin(), roots.c.end());
@@ -333,9 +329,9 @@ class Search {
     Bounded<D> bounded_;
     double max_anisotropy_;
     Program program_;
-    std::array<Vec<D>, most_cuts> cut_at_{};  ///< directions y of the added constraints
+    std::array<Vec<D>, most_cuts> cut_at_{};
     int cuts_ = 0;
-    double trace_ = 0;  ///< trace of the last L
+    double trace_ = 0;
 };
 
 }  // namespace
@@ -417,7 +413,6 @@ ElementMap<D> element_map(const QuadraticMesh<D>& mesh, std::size_t e) {
     return map;
 }
 
-/// Returns the Hessian of the solution in reference coordinates.
 template <int D>
 Sym<D> in_reference(const ElementMap<D>& map, const Vec<D>& gradient, const Sym<D>& hessian) {
     Sym<D> out = congruence(transposed(map.jacobian), hessian);

@@ -16,7 +16,6 @@ import camber.metric;
 
 namespace camber {
 
-/// Returns the coefficients of the entries of a symmetric matrix L in yᵀLy.
 template <int D>
 [[nodiscard]] constexpr std::array<double, sym_size<D>> quadratic_row(const Vec<D>& y) {
     std::array<double, sym_size<D>> row{};
@@ -25,7 +24,6 @@ template <int D>
     return row;
 }
 
-/// Returns the coefficients of the entries of a cubic form T in T[y, y, y].
 template <int D>
 [[nodiscard]] constexpr std::array<double, cubic_size<D>> cubic_row(const Vec<D>& y) {
     std::array<double, cubic_size<D>> row{};
@@ -93,7 +91,7 @@ struct Directions {
 template <int U, int P>
 class SmallLinearProgram {
   public:
-    using Basis = std::array<int, U>;  ///< rows i whose μ_i may be positive
+    using Basis = std::array<int, U>;
     using Unknowns = std::array<double, U>;
     static constexpr double no_row = -1e30;
 
@@ -129,7 +127,6 @@ class SmallLinearProgram {
         for (int k = 0; k < U; ++k) out[k] = rows[at(i).first][k][at(i).second];
         return out;
     }
-    /// Solves a_i·x = b_i for the rows of the basis.
     [[nodiscard]] Unknowns unknowns() const {
         Unknowns x{};
         for (int j = 0; j < U; ++j)
@@ -252,7 +249,8 @@ template <int D>
 template <int D>
 [[nodiscard]] inline LocalModel<D> floored(LocalModel<D> model, double max_anisotropy) {
     auto& values = model.logs.values.c;
-    constexpr double near = 0.1;  // models that are slightly below the bound are not counted as floored
+    constexpr double near = 0.1;  // eigenvalues up to 0.1 above the bound count as raised, since `CubicModels` may have
+                                  // raised them before
     const double least = *std::max_element(values.begin(), values.end()) - 2 * log(max_anisotropy);
     for (double& x : values)
         if (!(x >= least + near)) {
@@ -326,7 +324,6 @@ template <class Row, int D, class RowOf>
     return Column<Row>(std::move(*means));
 }
 
-/// Element means from one row per vertex. Errors: another number of rows (usage); memory; stopped.
 template <class Row, int D>
 [[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& at_vertices,
                                                  const Execution& execution) {

@@ -105,7 +105,6 @@ Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, d
     return 2.0 / D * (log_target - *sum);
 }
 
-/// Returns the scale s with which one metric per element reaches the target complexity.
 template <int D>
 Outcome<double> scale_of_elements(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, double power,
                                   double log_target, double largest, const Execution& execution) {

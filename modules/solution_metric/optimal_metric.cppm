@@ -96,7 +96,7 @@ struct NormOptions {
 /// 2011).
 template <int D>
 struct OptimalSizes {
-    Vec<D> metric_logs;  ///< eigenvalues of log M
+    Vec<D> metric_logs;
     double log_epsilon = 0;
 };
 template <int D>
@@ -122,8 +122,8 @@ template <int D>
 template <int D>
 struct OptimalMetric {
     Column<LogMetric<D>> log_metrics;  ///< one per vertex
-    double complexity = 0;             ///< reached complexity
-    double scale = 0;                  ///< s of `optimal_sizes`
+    double complexity = 0;
+    double scale = 0;  ///< s of `optimal_sizes`
     int evaluations = 0;
 };
 
@@ -151,7 +151,6 @@ template <int D>
                                                                 const Column<LocalModel<D>>& of_elements,
                                                                 const MetricTarget& target, const Execution& execution);
 
-/// Returns the length of the diagonal of the bounding box.
 template <int D>
 [[nodiscard]] inline double diameter(const LinearMesh<D>& mesh) {
     Box<D> box;
@@ -228,8 +227,8 @@ struct SolutionMetric {
     double fixed_complexity = 0;  ///< complexity without any field, from fixed metrics, largest size and gradation
     /// True if the metric without any field reaches the target complexity; it is then the result.
     bool is_fixed_sufficient = false;
-    bool is_reached = false;  ///< true if the complexity is within the tolerance
-    bool is_graded = true;    ///< false if a gradation stopped early
+    bool is_reached = false;
+    bool is_graded = true;  ///< false if a gradation stopped early
     int evaluations = 0;
     int gradations = 0;
     double at_min = 0, at_max = 0;  ///< fractions of vertices at the smallest and at the largest size

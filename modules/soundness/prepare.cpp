@@ -77,7 +77,6 @@ std::vector<Reference> references_in_use(const LinearMesh<D>& mesh) {
     return used;
 }
 
-/// Returns a reference above the highest in use or, if there is none, the lowest unused one.
 Reference unused_reference(const std::vector<Reference>& used) {
     const Reference highest = used.empty() ? 0 : *std::max_element(used.begin(), used.end());
     if (highest < std::numeric_limits<Reference>::max()) return std::max(0, highest) + 1;

@@ -88,7 +88,7 @@ struct VertexFit {
     }
 };
 
-/// Largest distance of a vertex from another boundary, relative to the longest edge of its facet.
+/// Largest accepted distance of a vertex from another boundary, relative to the longest edge of its facet.
 inline constexpr double fit_tolerance = 0.1;
 
 struct FitError {
@@ -154,9 +154,9 @@ template <int D>
                                                               const Geometry<D>& geometry, const Execution& execution);
 
 /// Moves the nodes of edges that lie in a plane (of the geometry, or of a flat patch) by the in-plane part of `shifts`
-/// (one per edge). Required edges and all other nodes are fixed. On a curved surface, a node off the middle of its
-/// curve reduces the order of approximation. On ridges, and on all boundary edges in 2D, a node could only slide along
-/// the curve. Errors: those of `boundary_nodes`; wrong row counts (internal).
+/// (one per edge). Required edges are fixed. Other nodes on curved surfaces are fixed because off the middle of the
+/// curve they reduce the order of approximation. Nodes of ridges, and of all boundary edges in 2D, are fixed because
+/// they could only slide along the curve. Errors: those of `boundary_nodes`; wrong row counts (internal).
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh,
                                                           const Column<LagrangeNode<D>>& nodes,
@@ -181,7 +181,7 @@ template <int D>
 /// Largest distances that count as on the geometry, as shares of the local boundary edge length.
 struct BoundaryTolerance {
     double nodes = 1e-5;     ///< of a mid node, as share of its edge's chord
-    double vertices = 0.05;  ///< of a vertex, as share of its longest boundary edge; input is inexact
+    double vertices = 0.05;  ///< of a vertex, as share of its longest boundary edge; large because input is inexact
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoundaryTolerance;
@@ -200,9 +200,9 @@ template <class Id>
 struct OffGeometry {
     std::size_t measured = 0;  ///< entities with a geometry
     std::size_t off = 0;
-    double largest = 0;        ///< largest distance, in model units
-    double share = 0;          ///< largest distance divided by the edge length
-    Id worst = {};             ///< entity with this share; invalid if all distances are 0
+    double largest = 0;  ///< largest distance, in model units
+    double share = 0;    ///< largest distance divided by the edge length
+    Id worst = {};       ///< entity with this share; invalid if all distances are 0
 };
 
 struct BoundaryDeviation {
@@ -216,8 +216,8 @@ struct BoundaryDeviation {
 /// `kinds` (one per edge): nodes of kind `surface` and `ridge` are measured. All boundary vertices except required ones
 /// are measured too.
 ///
-/// `own_nodes`: the input's nodes (one per edge), or empty for a straight mesh. A node is measured from its own node if
-/// `geometry` prescribes no surface there. Errors: wrong row counts (internal), stopped.
+/// `own_nodes`: the input's nodes (one per edge), or empty for a straight mesh. If `geometry` prescribes no surface at
+/// an edge, its node is measured from the node in `own_nodes`. Errors: wrong row counts (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<BoundaryDeviation> boundary_deviation(
     const QuadraticMesh<D>& mesh, std::span<const EdgeKind> kinds, const Geometry<D>& geometry,
@@ -259,7 +259,7 @@ struct EmbeddedCurves {
     };
     Column<Piece> pieces;
     Column<EdgeId> edges;      ///< mesh edge of each piece
-    BoxTree<D> tree;           ///< over boxes of control points
+    BoxTree<D> tree;           ///< over bounding boxes of control points
     Column<VertexId> corners;  ///< mesh vertices where a curve turns, ascending
 };
 
@@ -302,7 +302,7 @@ enum class DistanceDirections : std::uint8_t { boundary, both };
 template <int D>
 struct CurvedBoundary {
     Column<CubicSimplex<D - 1, D>> facets;
-    BoxTree<D> tree;  ///< over boxes of control points
+    BoxTree<D> tree;  ///< over bounding boxes of control points
 };
 template <int D>
 [[nodiscard]] Outcome<CurvedBoundary<D>> curved_boundary(const QuadraticMesh<D>& mesh,

@@ -251,7 +251,7 @@ std::optional<Whitening<K>> whitening_of(const std::array<Vec<D>, K>& first) {
     if constexpr (K == 2) {
         const double b = dot(first[0], first[1]);
         const double rest = norm_squared(first[1]) - b * b / a;
-        constexpr double flat = 1e-6;  // relative to the squared length; below it rounding would decide
+        constexpr double flat = 1e-6;  // relative to the squared length; smaller values are rounding
         if (!(rest > flat * norm_squared(first[1]))) return std::nullopt;
         w[1][1] = 1 / std::sqrt(rest);
         w[1][0] = -b / a * w[1][1];
@@ -454,7 +454,8 @@ struct ModelPack {
     for (int step = 0; step < max_steps && any(open); ++step) {
         const ModelPack m = model_pack_at(f, u, v, r);
         const Pack determinant = m.huu * m.hvv - m.huv * m.huv;
-        // If the second derivatives are not positive definite, `closest_from` takes another step than this method.
+        // If the second derivatives are not positive definite, the result is NaN, because `closest_from` takes another
+        // step.
         sound &= (m.huu > 0.05 * m.muu) & (determinant > 0.05 * (m.muu * m.mvv - m.muv * m.muv));
         const Pack du = (m.huv * m.gv - m.hvv * m.gu) / determinant;
         const Pack dv = (m.huv * m.gu - m.huu * m.gv) / determinant;

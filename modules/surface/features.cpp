@@ -127,7 +127,7 @@ bool is_coarse(const EdgeSet<3>& edges, const Buffer<Break>& breaks, FacetId f) 
     return std::all_of(of.begin(), of.end(), [&](EdgeId e) { return breaks[e.index()] == Break::mild; });
 }
 
-/// Makes mild ridges that meet no other ridge smooth: they are folds between thin triangles.
+/// A mild ridge that meets no other ridge becomes smooth, because it is a fold between thin triangles.
 void drop_isolated_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, std::span<const EdgeId> of_facets,
                          const Buffer<Break>& breaks, Buffer<EdgeKind>& kinds) {
     std::vector<std::uint8_t> ridges(mesh.points.size(), 0);
@@ -289,8 +289,8 @@ Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, Ve
     return sheet;
 }
 
-/// True if the two ridges at v bound all sheets at v, or if v has one sheet and no ridge. Otherwise another surface
-/// touches v, such as a baffle tip on a wall.
+/// True if the two ridges at v bound all sheets at v (see `Sheet`), or if v has one sheet and no ridge. Otherwise
+/// another surface touches v, such as a baffle tip on a wall.
 bool is_bounded_by_ridges(const ClassifiedEdges<3>& edges, const FacetsAtVertex& at, VertexId v,
                           std::span<const EdgeId> ridges) {
     if (ridges.empty()) return sheet_from(edges, at, v, at.one, {}).facets == at.count;

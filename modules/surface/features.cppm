@@ -44,8 +44,8 @@ inline constexpr std::uint32_t no_feature = 0xffffffffU;
 /// Other listed edges are of kind `surface`. Corners are vertices in any of these cases:
 /// - The file lists the vertex.
 /// - It has ridges, but not exactly two, or its two ridges turn by more than the corner angle.
-/// - It has no ridge and is the tip of a cone. All its edges are on one side of the plane perpendicular to their mean
-///   direction, at more than the ridge angle.
+/// - It has no ridge and is the tip of a cone. All its edges deviate from the plane perpendicular to their mean
+///   direction by more than the ridge angle, to the same side.
 /// - Surfaces touch there, as at the end of a baffle's rim on a wall. Some sheet (facets connected across edges other
 ///   than ridges) is then not bounded by both ridges, or there are several sheets and no ridge.
 ///

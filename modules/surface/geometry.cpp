@@ -340,7 +340,7 @@ SurfaceFoot<D> EdgeSheet<D>::foot(const SheetPosition<D>& near, const Vec<D>& p)
 template <int D>
 bool EdgeSheet<D>::has_left_facets(const SheetPosition<D>& from, const SheetPosition<D>& to) const {
     if (from.facet == to.facet) return false;
-    // If the surrogate is of this mesh, a move from one facet at the edge to the other does not leave the facets.
+    // If the surrogate is of this mesh, the facets at the edge count as one facet.
     const auto is_at_edge = [&](FacetId facet) {
         return std::ranges::any_of(edge_->facets, [&](const FacetSite<D>& site) { return site.id == facet; });
     };

@@ -298,7 +298,7 @@ class GeometryModel {
         return surface_at(facet).kind != GeometryKind::none;
     }
 
-    /// Point at parameters from `project`. Default: empty.
+    /// Returns the point of an entity at parameters that `project` returned. Default: empty.
     [[nodiscard]] virtual std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
                                                                  const GeometryParameters& parameters) const;
     /// Entity of an edge. Default: the surface of its facets, or the curve of two surfaces.
@@ -318,8 +318,8 @@ class GeometryModel {
     [[nodiscard]] virtual Vec<D> middle_of(const EdgeSite<D>& edge) const;
 
     /// Distances of points[i] from a facet's surface; at[i] are the coordinates of points[i] in the curved facet.
-    /// Returns false, and writes nothing, without a surface. Default: by `project`. One call per facet, so that lookups
-    /// happen once.
+    /// Returns false, and writes nothing, without a surface. Default: by `project`. A single call per facet avoids
+    /// repeated lookups.
     [[nodiscard]] virtual bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                          std::span<const Vec<D>> points, std::span<double> out) const;
     /// Returns the larger of `bound` and the largest of `distances`, up to rounding; empty without a surface.
@@ -354,7 +354,7 @@ class GeometryModel {
     /// Unit normals of the surface at a facet's vertices, if any. Default: by `project`.
     [[nodiscard]] virtual std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const;
 
-    /// Default: surface or curve.
+    /// Default: the kind is surface or curve.
     [[nodiscard]] virtual EntityName name_of_entity(const GeometryEntity& entity) const;
     /// Samples the whole geometry; the number of points on surfaces is approximate. Default: none, for surfaces that
     /// are unbounded or end with the mesh (see `sample_over_mesh`). Errors: stopped.

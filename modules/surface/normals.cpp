@@ -429,8 +429,8 @@ struct Fitter {
         return jet.degree > 0 && dot(jet.normal, base) > min_agreement ? jet.normal : Vec<3>{};
     }
 
-    /// Normal of the prescribed surface if the fan continues that surface smoothly, else zero. One-sided fits work at
-    /// jumps of the curvature, two-sided fits if the fan's side of the junction is narrow.
+    /// Normal of the prescribed surface if the fan continues that surface smoothly, else zero. Two fits are tested: a
+    /// one-sided fit for jumps of the curvature, a two-sided fit for a narrow side of the junction.
     [[nodiscard]] Vec<3> prescribed(std::uint32_t fan, const Vec<3>& one_sided, std::vector<Vec<3>> points) const {
         constexpr double min_agreement = 0.7;
         constexpr double both_sides = 0.5;  // two-sided fits are more accurate, and only half of a crease shows in them

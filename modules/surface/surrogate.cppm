@@ -140,7 +140,7 @@ template <int D>
                                                    const Execution& execution);
 
 struct PrescribedNeighbour {
-    FacetId facet;         ///< invalid if there is none
+    FacetId facet;         ///< prescribed facet at the vertex; invalid if there is none
     Vec<3> normal;         ///< normal at the vertex; if there are several, the closest to the fitted normal
     double tolerance = 0;  ///< largest deviation (radians) of a smooth continuation
 };
@@ -213,7 +213,7 @@ struct SurrogateInput {
 
 struct FanNormals {
     Column<Vec<3>> normals;           ///< one per fan: unit normal, or zero
-    Column<std::uint8_t> prescribed;  ///< one per fan; 1: normal of the surface beyond a junction
+    Column<std::uint8_t> prescribed;  ///< one per fan; 1: the normal is that of a prescribed surface
 };
 
 /// Unit normals of fans, oriented like the patch; zero for pointed fans. Each normal is the first that exists of:
@@ -246,8 +246,9 @@ struct SurrogateEdge {
     friend bool operator==(const SurrogateEdge&, const SurrogateEdge&) = default;
 };
 
-/// A piecewise cubic surface through a mesh's boundary, G1 at vertices, made from the mesh alone (paper §3.1).
-/// Triangles in 3D, curves in 2D. Independent of later changes of the mesh. Flat patches stay in their planes.
+/// A piecewise cubic surface through a mesh's boundary, G1 at vertices, made from the mesh alone (paper §3.1). It
+/// consists of triangles in 3D and of curves in 2D. Later changes of the mesh do not affect it. Flat patches stay in
+/// their planes.
 template <int D>
 struct Surrogate {
     static constexpr int K = D - 1;
@@ -260,8 +261,8 @@ struct Surrogate {
     Column<std::array<FacetId, D>> neighbours;  ///< facets across the smooth edge (2D: vertex) opposite each corner
     Column<EdgeId> edges;                       ///< boundary edges, ascending
     Column<SurrogateEdge<D>> edge_curves;       ///< one per row of `edges`
-    BoxTree<D> tree;                            ///< over boxes of control points
-    BoxTree<D> curve_tree;                      ///< over boxes of control points of `ridge_rows` (3D)
+    BoxTree<D> tree;                            ///< over bounding boxes of control points
+    BoxTree<D> curve_tree;                      ///< over bounding boxes of control points of `ridge_rows` (3D)
     Column<std::uint32_t> ridge_rows;           ///< rows of ridges in `edges`
 
     /// Row of e in `edges`; edges.size() if absent.

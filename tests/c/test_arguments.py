@@ -273,7 +273,7 @@ class WrongArguments(unittest.TestCase):
             self.refused(calls, "camber_run_config", ["json: \"metric\" cannot be combined with options.metric"],
                          json=b'{"stages": ["elevate"], "metric": {"constant": {"sizes": [1, 1, 1]}}}',
                          options=ctypes.byref(calls.options))
-            self.refused(calls, "camber_run_config", ["options.metric: is of no mesh"], mesh=None,
+            self.refused(calls, "camber_run_config", ["options.metric: does not belong to a mesh"], mesh=None,
                          options=ctypes.byref(calls.options))
         self.in_a_process(check)
 

@@ -58,7 +58,7 @@ void apply_options(const config::SolutionMetric& specified, config::SolutionMetr
 
 config::Pipeline cycle_of(const AdaptArguments& a) {
     config::SolutionMetric by_solution;
-    // An expression has values at all nodes, whatever the degree of the mesh. The argument's degree decides.
+    // An expression has values at all nodes of meshes of any degree. The argument's degree decides.
     const std::string& specified = a.solution.input_file;
     const bool is_expression = a.adapt.solve.empty() && (specified.empty() || !names_a_file(specified));
     if (a.degree == 1 && is_expression) by_solution.degree = 1;

@@ -54,8 +54,8 @@ Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, con
 using run::Fit;
 
 /// Executes the run of a config: reads or generates the input, runs the stages with clocks and progress, and writes the
-/// outputs, which `written` collects. `fit`, if set, is called with the input. Outputs named after values in memory are
-/// not written; the run contains them.
+/// outputs. `written` collects the output files. `fit`, if set, is called with the input. Outputs named after values in
+/// memory are not written; the run contains them.
 Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written, const Fit& fit = {}, Host host = {});
 
 class TimedSteps {

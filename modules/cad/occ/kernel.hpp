@@ -22,21 +22,21 @@ struct CurveJet {
     Point point, first, second;
 };
 
-/// A surface with closed-form distances, in millimetres. The z axis is along its axis or normal, the x axis points to u
-/// = 0.
+/// A surface with closed-form distances, in millimetres. z is along the axis or normal of the surface, x points to u =
+/// 0.
 struct ClosedForm {
     enum class Kind { none, plane, cylinder, sphere, torus };
     Kind kind = Kind::none;
     Point origin{}, x{}, y{}, z{};
     double major = 0, minor = 0;  ///< radii; cylinder and sphere use only `major`
-    double scale = 1;             ///< from millimetres to the kernel's unit
+    double scale = 1;             ///< factor from millimetres to the kernel's unit
 };
 
 struct FaceFacts {
     bool is_plane = false;
     bool has_closed_form = false;      ///< `Kernel::nearest_parameters` is available
     ClosedForm form = {};              ///< set if `has_closed_form`
-    bool is_reversed = false;          ///< the outward normal is opposite to ∂/∂u × ∂/∂v
+    bool is_reversed = false;          ///< the outward normal is −u × v, with u and v of `SurfaceJet`
     std::array<double, 2> low, high;   ///< parameter bounds
     std::array<double, 2> period{};    ///< 0: not periodic
     std::array<std::size_t, 2> cells;  ///< number per direction such that searches from the middles of all cells find

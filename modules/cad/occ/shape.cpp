@@ -63,7 +63,7 @@ class DomainGrid {
     [[nodiscard]] std::vector<bool> crossed_by_edges(const TopoDS_Face& face, std::size_t pieces) const;
     void mark(const gp_Pnt2d& from, const gp_Pnt2d& to, std::vector<bool>& crossed) const;
     [[nodiscard]] std::vector<std::size_t> group_of(std::size_t cell, std::vector<bool>& is_grouped) const;
-    /// Tests some cells of a group by OpenCASCADE; if they disagree (open loops), the group stays undecided.
+    /// Tests some cells of a group by OpenCASCADE. If the results disagree (open loops), the group stays undecided.
     void decide(const std::vector<std::size_t>& group, BRepTopAdaptor_FClass2d& domain);
 
     std::array<double, 2> low_, high_;

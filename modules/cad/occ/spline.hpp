@@ -19,7 +19,7 @@ class SplineBasis {
 
     /// Basis functions that are nonzero at a parameter.
     struct Values {
-        std::size_t first;                                            ///< index of the first of these functions
+        std::size_t first;                                            ///< index of the first nonzero function
         std::array<std::array<double, max_degree + 1>, 3> functions;  ///< values, first and second derivatives
     };
 
@@ -69,7 +69,7 @@ class SplineCurve {
 /// Spline curve revolved about an axis: u is the angle, v the curve's parameter.
 class RevolvedSpline {
   public:
-    /// Empty for other surfaces or curves.
+    /// Empty for surfaces that are not revolved splines.
     [[nodiscard]] static std::optional<RevolvedSpline> of(const Handle(Geom_Surface) & surface, double scale);
     [[nodiscard]] SurfaceJet evaluate(double u, double v) const;
 
