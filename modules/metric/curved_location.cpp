@@ -56,8 +56,9 @@ Outcome<CurvedLocator<D>> make_curved_locator(QuadraticMesh<D> mesh, const Incid
 
 namespace {
 
-/// Newton's method ends if a step is below this limit. The remaining error is about the square of the step.
-constexpr double small_step = 1e-6;
+/// Newton's method ends if a step is below `negligible_step`, or if two successive steps are below `small_step`. The
+/// remaining error is the square of the step times a factor. In thin curved layers it is their bow over their height.
+constexpr double small_step = 1e-6, negligible_step = 1e-9;
 constexpr int max_steps = 12;
 
 template <int D>
@@ -301,9 +302,11 @@ RootIterate<D> newton(const CurvedSimplex<D, D>& element, const Vec<D>& r, const
         if (!is_finite(move)) break;
         at.xi = moved<D>(at.xi, move);
         if (step == 0) first = at.xi;
-        at.has_converged = largest(move) < small_step;
-        if (at.has_converged) return at;
+        const double length = largest(move);
+        const bool was_small = std::exchange(at.has_converged, length < small_step);
+        if (at.has_converged && (was_small || length < negligible_step || step + 1 == max_steps)) return at;
     }
+    at.has_converged = false;
     at.xi = first;
     return at;
 }

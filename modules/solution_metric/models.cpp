@@ -195,7 +195,9 @@ class Search {
     void bound_everywhere() {
         log_bounds(directions_, bounded_, program_.least);
         double most = largest_of_table();
-        each_near_largest(most - 0.08, 8, [&](const Vec<D>& y) { most = std::max(most, bounded_.log_bound(y)); });
+        // A lower maximum of the table may lead to the larger maximum of T, so the search starts from each of them.
+        constexpr double all = 1;
+        each_near_largest(most - 0.08, 8, all, [&](const Vec<D>& y) { most = std::max(most, bounded_.log_bound(y)); });
         grow_by(most);
     }
 
@@ -259,9 +261,9 @@ class Search {
         return most;
     }
     /// Calls `visit(y)` at maxima of |T(y)| and at the axes of the floor. Newton's method searches the maxima from
-    /// tabulated directions whose bounds are at least `least` and larger than those nearby.
-    void each_near_largest(double least, int steps, const auto& visit) {
-        constexpr double around = 0.955;  // cosine of 1.5 times the spacing of directions
+    /// tabulated directions whose bounds are at least `least` and no smaller than those at angles with a cosine above
+    /// `around`.
+    void each_near_largest(double least, int steps, double around, const auto& visit) {
         std::array<int, table> tried{};
         int count = 0;
         for (int i = 0; i < table; ++i)
@@ -274,7 +276,10 @@ class Search {
                 is_largest =
                     !(program_.least_of(tried[b]) > own && std::abs(dot(directions_.unit[tried[b]], y)) > around);
             if (!is_largest) continue;
-            for (int s = 0; s < steps; ++s) y = step_to_largest(bounded_.local, y);
+            for (int s = 0; s < steps; ++s) {
+                const Vec<D> before = std::exchange(y, step_to_largest(bounded_.local, y));
+                if (norm_squared(y - before) < 1e-14) break;  // the next step would be about 1e-14
+            }
             visit(y);
         }
         // The floor is a quadratic form, with maxima on its axes.
@@ -286,7 +291,8 @@ class Search {
     double cut() {
         double most = largest_of_table();
         for (int c = 0; c < std::min(cuts_, most_cuts); ++c) set_cut(c);
-        each_near_largest(most - 0.1, 3, [&](const Vec<D>& y) {
+        constexpr double around = 0.955;  // cosine of 1.5 times the spacing of directions
+        each_near_largest(most - 0.1, 3, around, [&](const Vec<D>& y) {
             const double bound = bounded_.log_bound(y);
             most = std::max(most, bound);
             for (int c = 0; c < std::min(cuts_, most_cuts); ++c)

@@ -90,7 +90,7 @@ TEST_CASE("metric operations are read in order, written back and resolved relati
 TEST_CASE("errors in metric operations state their place") {
     CHECK(operations_error(R"([{"gradation": {"ratio": 1}}])").find("/metric_operations/0/gradation/ratio") !=
           std::string::npos);
-    CHECK(operations_error(R"(["bound", {"bound": {"min_size": 2, "max_size": 1}}])").find("max_size is below") !=
+    CHECK(operations_error(R"(["bound", {"bound": {"min_size": 2, "max_size": 1}}])").find("max_size must be") !=
           std::string::npos);
     CHECK(operations_error(R"([{"bound": {"max_anisotropy": 0.5}}])").find("at least 1") != std::string::npos);
     CHECK(operations_error(R"(["complexity"])").find("needs its options") != std::string::npos);

@@ -216,7 +216,7 @@ TEST_CASE("the ending or an explicit name selects the output format") {
     CHECK(written("a.ply", "") ==
           "a.ply: no format known for this ending (use " + listed(writable_extensions(mesh_formats())) + ")");
     CHECK(written("a.mesh", "ply") ==
-          "ply: is no format that is written (use " + listed(writable_formats(mesh_formats())) + ")");
+          "ply: is not an output format (use " + listed(writable_formats(mesh_formats())) + ")");
     const auto of_solutions = format_to_write(solution_formats(), "a.mesh");
     REQUIRE(!of_solutions);
     CHECK(of_solutions.error().kind == ErrorKind::usage);

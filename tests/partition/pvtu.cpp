@@ -129,7 +129,7 @@ TEST_CASE("a missing or damaged piece is reported by name") {
     CHECK(describe(decoded(files).error()).starts_with("mesh.1.vtu: is not there"));
     CHECK(decode_mesh(files.at("mesh.pvtu"), "mesh.pvtu", one_thread).error().kind == ErrorKind::unsupported);
     files["mesh.pvtu"] = bytes_of("<VTKFile type=\"PUnstructuredGrid\"><PUnstructuredGrid/></VTKFile>");
-    CHECK(describe(decoded(files).error()).starts_with("mesh.pvtu: names no pieces"));
+    CHECK(describe(decoded(files).error()).starts_with("mesh.pvtu: lists no pieces"));
     files["mesh.pvtu"].resize(50);
     CHECK(describe(decoded(files).error()).starts_with("mesh.pvtu: the XML is damaged"));
 }

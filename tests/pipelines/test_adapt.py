@@ -501,7 +501,7 @@ class StraightLoops(unittest.TestCase):
             (folder.path / "u.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n3\n1 1\n1\n2\n3\nEnd\n")
             done = folder.camber("metric", "r.mesh", "--solution", "u.sol", "--complexity", 50, "-o", "m.sol")
             self.assertEqual(done.returncode, 3)
-            self.assertIn("u.sol: has 3 rows, the mesh 49 vertices and 169 nodes in degree 2", done.stderr)
+            self.assertIn("u.sol: has 3 rows, but the mesh has 49 vertices, or 169 nodes in degree 2", done.stderr)
 
 
 class MovingFronts(unittest.TestCase):
@@ -561,7 +561,7 @@ class Resuming(unittest.TestCase):
             running.send_signal(signal.SIGINT)
             _, error_output = running.communicate(timeout=60)
             self.assertEqual(running.returncode, 130)
-            self.assertIn("cycles 0 to 1 are whole", error_output)
+            self.assertIn("cycles 0 to 1 are complete", error_output)
             self.assertEqual(len(folder.rows("n.cycles")), 2)
             stored = folder.path / "n.cycles" / "cycle-001" / "m.mesh"
             self.assertEqual(folder.check("n.meshb")["elements"], folder.check(stored)["elements"])

@@ -226,7 +226,7 @@ class Check(unittest.TestCase):
                     else:
                         self.assertEqual(pair["facets"], [0, 0])
                 text = self.check(mesh, code=1).stdout
-                self.assertIn("pass through each other: only curved", text)
+                self.assertIn("pass through each other: only when curved", text)
             for gap, bow in ((0.1, 0.05), (0.25, 0.15)):
                 clear = self.report(self.two_bodies(dim, gap, bow)[0], code=0)["crossings"]
                 self.assertEqual((clear["crossing"], clear["undecided"], clear["found"]), (0, 0, []))
@@ -517,7 +517,7 @@ class Check(unittest.TestCase):
         found = self.report(mesh, code=0)
         self.assertEqual(found["wall_elements"], [1])
         self.assertIn("needs a swap", found["worst"][0]["reason"])
-        self.assertIn("- walls         tetrahedron 1 has two triangles on one smooth wall", self.check(mesh).stdout)
+        self.assertIn("- walls         tetrahedron 1 has two triangles on one smooth boundary", self.check(mesh).stdout)
         self.assertEqual(self.report(mesh, "--ridge-angle", "4")["wall_elements"], [])
         mesh.facet_references = [1, 2, 3, 4]  # a separate reference for each facet
         self.assertEqual(self.report(mesh)["wall_elements"], [])

@@ -400,7 +400,7 @@ class CommandLine(unittest.TestCase):
         self.fails(2, "standard output: has no ending that determines the format", "convert", "two.mesh", "-o", "-")
         self.fails(2, "standard input: --solution and the input are both read from it", "metric", "-", "--solution", "-",
                    "-o", "m.sol")
-        self.fails(2, "-o -: cycles read and write their files again", "adapt", "two.mesh", "-o", "-", "--metric", "0.3")
+        self.fails(2, "-o -: cycles read and write their files repeatedly", "adapt", "two.mesh", "-o", "-", "--metric", "0.3")
 
     def test_every_verb_that_writes_a_mesh_accepts_a_format_name(self):
         self.write("u.sol", SIZES)

@@ -109,7 +109,7 @@ class Generate(unittest.TestCase):
                 (2, '--set: /shell/inner_siz: unknown key (did you mean "inner_size"?)',
                  ("shell", "-o", "o.mesh", "--set", "inner_siz=3")),
                 (2, "--set: /shell/inner_size", ("shell", "-o", "o.mesh", "--set", "inner_size=-3")),
-                (2, "path=value", ("shell", "-o", "o.mesh", "--set", "inner_size")),
+                (2, "PATH=VALUE", ("shell", "-o", "o.mesh", "--set", "inner_size")),
                 (2, "box: --structure is for shell and annulus", ("box", "-o", "o.mesh", "--structure", "prisms")),
                 (2, "elements are closest to 5 (", ("shell", "-o", "o.mesh", *LAYERS, "--elements", "5")),
                 (2, "--elements", ("box", "-o", "o.mesh", "--elements", "0")),

@@ -63,6 +63,20 @@ LinearMesh<3> with_listed_edges(LinearMesh<3> mesh, const EdgeSet<3>& edges, Cho
     return mesh;
 }
 
+/// True for the edges at which two facets meet at more than the default ridge angle.
+std::vector<bool> folded_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges) {
+    const auto shells = facet_shells(edges, {.threads = 1}).value();
+    const auto normal = [&](FacetId f) {
+        const auto& [a, b, c] = mesh.facets.vertices[f];
+        return normalised(cross(mesh.points[b] - mesh.points[a], mesh.points[c] - mesh.points[a]));
+    };
+    std::vector<bool> folded(edges.size());
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        folded[e] = shells[e].size() == 2 && dot(normal(shells[e][0]), normal(shells[e][1])) <
+                                                 std::cos(FeatureOptions<3>{}.ridge_angle_degrees * pi / 180);
+    return folded;
+}
+
 }  // namespace
 
 TEST_CASE("a cube has six faces, twelve curves and eight corners") {
@@ -136,8 +150,10 @@ TEST_CASE("a listed edge on a smooth surface is no ridge and keeps its node") {
             const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
             const auto soup = seed % 2 == 0 ? sphere(9, 1, seed) : half_cylinder(8, 4, seed);
             const auto plain = build(soup.mesh());
-            const auto some =
-                with_listed_edges(soup.mesh(), plain.mesh.edges, [&](std::size_t e) { return e % 3 == seed % 3; });
+            // At thin triangles the surface may fold by more than the ridge angle. Listed edges are ridges there.
+            const auto folded = folded_edges(plain.mesh.linear, plain.mesh.edges);
+            const auto some = with_listed_edges(soup.mesh(), plain.mesh.edges,
+                                                [&](std::size_t e) { return e % 3 == seed % 3 && !folded[e]; });
             const auto b = build(some);
             RC_ASSERT(b.mesh.linear.edges == some.edges);
             RC_ASSERT(b.features == plain.features);
