@@ -1,4 +1,3 @@
-// Types of arguments, and options that several verbs share.
 #include "arguments.hpp"
 
 #include <algorithm>

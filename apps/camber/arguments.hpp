@@ -1,5 +1,4 @@
 #pragma once
-// Arguments of verbs: their types, arguments that several verbs share, and those of each verb.
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -70,7 +69,6 @@ CLI::Validator one_of(const std::vector<std::string>& names);
 std::string help_of(std::string_view sentence);
 std::string help_of(const auto& option) { return help_of(option.sentence); }
 
-/// Adds an option of a struct with its name, help text, limits and default.
 template <class T, class S, class V>
 void add_described(CLI::App* verb, S& options, const Option<S, V>& option) {
     std::string name(option.name);
@@ -89,8 +87,6 @@ void add_words(CLI::App* verb, const std::string& name, T& value, const std::str
     using E = typename CLI::detail::wrapped_type<T, T>::type;
     add_words(verb, name, sentence, all_words<E>(), [&value](std::size_t i) { value = words(E{})[i].value; });
 }
-
-// ---------------------------------------------------------------- options of several verbs
 
 /// T is int or std::optional<int>.
 template <class T>
@@ -114,13 +110,10 @@ void add_fields(CLI::App* verb, SolutionChoice& solution);
 void add_partition(CLI::App* verb, PipelineArguments& arguments);
 void add_force(CLI::App* verb, bool& force);
 void add_histogram(CLI::App* verb, bool& histogram);
-/// Adds the options that every run of a config has.
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
                   bool& dry_run);
 /// Adds the options of all pipeline verbs, except those for fields.
 void add_pipeline(CLI::App* verb, PipelineArguments& arguments);
-
-// ---------------------------------------------------------------- verbs
 
 Work declare_run(CLI::App* verb, Arguments& all);
 Work declare_curve(CLI::App* verb, Arguments& all);

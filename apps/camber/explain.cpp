@@ -1,4 +1,3 @@
-// Explanations of configs, options and words of the tables.
 #include "help.hpp"
 
 #include <algorithm>
@@ -146,7 +145,6 @@ char small(char c) { return static_cast<char>(std::tolower(static_cast<unsigned 
 
 bool is_same(std::string_view name, std::string_view phrase) { return std::ranges::equal(name, phrase, {}, small); }
 
-/// True if the phrase contains the name as whole words.
 bool has_words(std::string_view phrase, std::string_view name) {
     for (std::size_t at = 0; at + name.size() <= phrase.size(); ++at) {
         const std::size_t end = at + name.size();
@@ -157,7 +155,6 @@ bool has_words(std::string_view phrase, std::string_view name) {
     return false;
 }
 
-/// Finds the name, otherwise the longest name in the phrase; null: none.
 const Term* find_term(std::string_view phrase) {
     const Term* best = nullptr;
     std::size_t longest = 0;

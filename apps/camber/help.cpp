@@ -1,4 +1,3 @@
-// Help of the program and its verbs: groups of options, layout, and the parts of the build.
 #include "help.hpp"
 
 #include <algorithm>
@@ -93,7 +92,6 @@ std::string entry(const std::string& name, const std::string& text) {
     return out.str();
 }
 
-/// `all`: includes options that are not common.
 std::string options_by_group(const CLI::Formatter& formatter, const CLI::App* app, bool all) {
     constexpr std::array titles{"Options", "Input", "Geometry", "Metric", "Quality", "Output", "Run"};
     std::string text;

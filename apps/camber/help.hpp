@@ -11,8 +11,6 @@ import camber.core;
 
 namespace camber::app {
 
-// ---------------------------------------------------------------- help
-
 /// Formats help for the width of the terminal, with one line for each verb.
 class Help : public CLI::Formatter {
   public:
@@ -39,10 +37,7 @@ struct Part {
 
 [[nodiscard]] std::span<const Part> parts_of_build();
 
-// ---------------------------------------------------------------- explanations
-
-/// Explains a topic of configs, an option (with or without dashes), or a word of the tables such as `scaled Jacobian`.
-/// Errors: usage.
+/// Explains a topic of configs, an option (with or without dashes), or a word of the tables. Errors: usage.
 [[nodiscard]] Outcome<std::string> explanation_of(const CLI::App& app, std::string_view word);
 
 /// Words that `explanation_of` accepts, by group.
@@ -50,8 +45,6 @@ struct Part {
 
 /// Help of a verb or, for an empty name, of the program; otherwise explains the word. Errors: usage.
 [[nodiscard]] Outcome<std::string> help_text_of(const CLI::App& app, const std::string& name);
-
-// ---------------------------------------------------------------- mistakes
 
 /// Rejects words that the parser would misread, such as `-hmax`. In `camber explain --WORD` it removes the dashes.
 [[nodiscard]] std::optional<Error> check_words(const CLI::App& app, std::vector<std::string>& words);

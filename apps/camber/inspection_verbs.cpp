@@ -1,4 +1,3 @@
-// Arguments of the verbs that examine and show meshes, or explain the program.
 #include "arguments.hpp"
 
 #include <string>

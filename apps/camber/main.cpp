@@ -1,4 +1,3 @@
-// The program in one process.
 #include <cstddef>
 #include <cstdio>
 #include <exception>

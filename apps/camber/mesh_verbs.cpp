@@ -1,4 +1,3 @@
-// Arguments of metric, transfer, convert and generate.
 #include "arguments.hpp"
 
 #include <cstddef>

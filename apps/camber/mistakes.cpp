@@ -1,4 +1,3 @@
-// Errors for unknown arguments: misspelt ones, and those of Gmsh, Mmg and other programs.
 #include "help.hpp"
 
 #include <algorithm>
@@ -145,7 +144,6 @@ std::vector<std::string> options_of(const CLI::App& app) {
     return names;
 }
 
-/// Command line before the options: "camber curve".
 std::string called(const CLI::App& app, const CLI::App& verb) {
     return (&verb != &app ? app.get_name() + " " : "") + verb.get_name();
 }
@@ -186,7 +184,6 @@ Error unknown_option(const CLI::App& app, const CLI::App& verb, const std::strin
     return error("is not an option of " + here, "see " + here + (&verb == &app ? " --help" : " --help-all"));
 }
 
-/// True for `-hmax`: one dash and several letters.
 bool has_one_dash(const std::string& word) {
     return word.size() > 2 && word[0] == '-' && std::isalpha(static_cast<unsigned char>(word[1])) != 0;
 }

@@ -1,4 +1,3 @@
-// Arguments of the verbs that run a pipeline: run, curve, remesh, repair, adapt.
 #include "arguments.hpp"
 
 #include <string>

@@ -1,4 +1,3 @@
-// The table of verbs, its parser, and the program.
 #include "program.hpp"
 
 #include <algorithm>
@@ -92,7 +91,6 @@ constexpr const char* exit_codes =
     "mesh has other defects); 2 wrong usage or config; 3 an input or output file failed; 4 not enough memory, or an "
     "internal error; 130 interrupted. Errors of input files: docs/input.md.";
 
-/// The parser with the stored values, and the work of each verb in table order.
 struct Program {
     std::unique_ptr<Call> call = std::make_unique<Call>();
     std::shared_ptr<CLI::App> parser = std::make_shared<CLI::App>(description, "camber");
@@ -138,7 +136,6 @@ Program program() {
     return result;
 }
 
-/// A call, or the text for --help or --version.
 Outcome<std::variant<std::unique_ptr<Call>, std::string>> parse(std::vector<std::string> words) {
     Program result = program();
     CLI::App& app = *result.parser;

@@ -31,8 +31,8 @@ template <int D>
     return {r.mesh.points[v], &r.vertices.metrics[v], r.vertices.gradients.empty() ? nullptr : &r.vertices.gradients[v],
             r.mesh.states[v].place};
 }
-/// Degree 1: sum of the squared lengths of an edge in the metrics of both ends. Degree 2: twice the squared length of
-/// the curve.
+/// Measure of an edge for `shape_of`. Degree 1: sum of its squared lengths in the metrics of both ends. Degree 2: twice
+/// the squared length of the curve.
 template <int D>
 [[nodiscard]] double squares_between(const Adaptation<D>& r, const VertexMetric<D>& a, const VertexMetric<D>& b,
                                      const Vec<D>& chord, const Vec<D>& offset) {
@@ -63,8 +63,8 @@ struct StackMemory {
     std::pmr::monotonic_buffer_resource memory{bytes.data(), bytes.size()};
 };
 
-/// Edges from a point to vertices. Degree 1: straight. Degree 2: bent by `bent_edges`, as in the star. An edge between
-/// two points of the boundary may be a boundary edge, so it is a chord.
+/// Edges from a point to vertices. Degree 1: straight edges. Degree 2: curved edges by `bent_edges`, as in a star. If
+/// the point and the vertex are on the boundary, the edge may be a boundary edge; it is then straight.
 template <int D>
 class BentSpokes {
   public:
@@ -103,8 +103,8 @@ class BentSpokes {
         for (double& length : std::span(squares_).last(added)) length *= 2 * length;
         straighten_boundary(first);
     }
-    /// Takes existing edges of the mesh, one for each vertex. Degree 2: as in `bend`, edges that may be on the boundary
-    /// become chords, so that all positions are compared alike.
+    /// Takes existing edges of the mesh, one for each vertex. Degree 2: edges that may be on the boundary are replaced
+    /// by their chords, as in `bend`, so that all positions of the point are compared in the same way.
     void take_edges(std::span<const EdgeId> edges) {
         squares_.assign(to_.size(), unknown);
         if (!r_.mesh.is_curved()) return;
@@ -116,7 +116,7 @@ class BentSpokes {
         straighten_boundary(0);
     }
 
-    /// True if, for each edge, 4 times the offset is at most 0.3 times the edge's length, in the point's metric.
+    /// True if 4 times the offset of each edge is at most 0.3 times the edge's length, in the point's metric.
     [[nodiscard]] bool are_nearly_straight() {
         if (!r_.mesh.is_curved()) return true;
         constexpr double little = 0.3;
@@ -125,7 +125,7 @@ class BentSpokes {
                 return false;
         return true;
     }
-    /// Moves the point without a change of the offsets. This is nearly exact for small moves, and much cheaper. The
+    /// Moves the point and leaves the offsets unchanged. This is nearly exact for small moves, and much cheaper. The
     /// caller must then call `put_chord` for each edge.
     void move(const ConePoint<D>& point) {
         point_ = point;
@@ -147,8 +147,8 @@ class BentSpokes {
 
     [[nodiscard]] const ConePoint<D>& point() const { return point_; }
     [[nodiscard]] double density_root() const { return point_.metric->measure.density_root; }
-    /// Tangent of edge i at the point (`tangent`) or at the vertex (`tangent_back`), of the length of the chord if the
-    /// edge is straight.
+    /// Tangent of edge i at the point (`tangent`) or at the vertex (`tangent_back`). Its length is that of the chord if
+    /// the edge is straight.
     [[nodiscard]] Vec<D> tangent(std::size_t i) const {
         return r_.mesh.is_curved() ? chords_[i] + 4.0 * offsets_[i] : chords_[i];
     }
@@ -203,8 +203,9 @@ class BentSpokes {
     bool has_stored_ = false;  ///< the offsets were computed for another position of the point
 };
 
-/// Shape of a quadratic simplex as in `ConeShapes`. `tangents[i][j]`: tangent at vertex i of the edge to vertex j.
-/// `density`: product of `density_root` over the vertices. `squares`: sum of `squares_between` over the edges.
+/// Shape of a quadratic simplex, computed as in `ConeShapes`. `tangents[i][j]`: tangent at vertex i of the edge to
+/// vertex j. `density`: product of `density_root` over the vertices. `squares`: sum of `squares_between` over the
+/// edges.
 template <int D>
 [[nodiscard]] double bent_shape(const std::array<std::array<Vec<D>, D + 1>, D + 1>& tangents, double density,
                                 double squares) {
@@ -222,10 +223,10 @@ template <int D>
     return 6 * std::sqrt(12.0) * measure * density / (squares * std::sqrt(squares));
 }
 
-/// Shapes of the simplices that join faces to one point, which replaces the opposite vertex in an element at each face.
-/// The shape is `metric_shape`, for curved edges in degree 2. Data of the faces is computed once, so another position
-/// of the point costs little more than volumes and lengths. On a standalone surface, edges of triangles are joined to
-/// the point; a triangle that turns too far from the existing one has shape 0.
+/// Shapes of the simplices that join faces to one point, which replaces the opposite vertex in the element at each
+/// face. The shape is `metric_shape` or, in degree 2, its analogue for curved edges (`bent_shape`). On a standalone
+/// surface, edges of triangles are joined to the point. A triangle that turns too far from the existing one has shape
+/// 0.
 template <int D>
 class ConeShapes {
   public:
@@ -274,7 +275,7 @@ class ConeShapes {
         spokes_.take_edges(edges_);
         is_nearly_straight_ = spokes_.are_nearly_straight();
     }
-    /// Worst shape if the point is at `v`. The computation is the same as for positions near `v`.
+    /// Returns the worst shape with the point at `v`, computed in the same way as for positions near `v`.
     [[nodiscard]] double worst_shape(VertexId v) {
         if (is_nearly_straight_) place_near(cone_point(r_, v));
         return worst(0);
@@ -306,7 +307,7 @@ class ConeShapes {
             worst = std::min(worst, shape(face));
             if (!(worst > least)) return move_to_front(face), worst;
         }
-        return worst < std::numeric_limits<double>::infinity() ? worst : 0;  // no face remains
+        return worst < std::numeric_limits<double>::infinity() ? worst : 0;  // infinite: no face remains
     }
     [[nodiscard]] double worst_at(const ConePoint<D>& point, double least, VertexId without = {}) {
         place(point);
@@ -314,8 +315,8 @@ class ConeShapes {
     }
 
     void begin_with(std::size_t i) { std::swap(faces_[i], faces_.front()); }
-    /// Shape of the first face for a position of the point near the vertex of `place_at`; not for standalone surfaces.
-    /// Infinite if the edges bend too much for an estimate. The caller must set the point again.
+    /// Shape of the simplex at the first face, with the point near the vertex of `place_at`; not for standalone
+    /// surfaces. Infinite if the edges are too strongly curved for an estimate. The caller must set the point again.
     [[nodiscard]] double first_shape_near(const ConePoint<D>& point) {
         Face& face = faces_.front();
         if (r_.mesh.is_curved()) {
@@ -414,8 +415,8 @@ class ConeShapes {
         for (const std::uint32_t c : face.corners) found |= vertices_[c].vertex == v;
         return found;
     }
-    /// Degree 1: D! times the volume of the simplex. Degree 2: mean of det J at the corners; 0 if det J is not positive
-    /// at a corner.
+    /// Volume measure of the simplex. Degree 1: D! times the volume. Degree 2: mean of det J at the corners; 0 if det J
+    /// is not positive at a corner.
     [[nodiscard]] double measure(const Face& face) const {
         if constexpr (D == 3)
             if (r_.mesh.is_surface()) return area(face);
@@ -437,7 +438,7 @@ class ConeShapes {
         }
         return sum / (D + 1);
     }
-    /// Standalone surface: twice the area of the triangle; 0 if it turns too far.
+    /// Standalone surface: twice the area of the triangle; 0 if it turns too far from the existing triangle.
     [[nodiscard]] double area(const Face& face) const
         requires(D == 3)
     {
@@ -503,8 +504,8 @@ class ConeShapes {
     BentSpokes<D> spokes_;
 };
 
-/// Lower limit of the old shape in a ratio of new to old shape. An almost inverted old element must not make the ratio
-/// too large.
+/// Minimum value of the old shape in a ratio of new to old shape. It prevents huge ratios for almost inverted old
+/// elements.
 inline constexpr double least_bent_shape = 1e-3;
 
 template <int D>

@@ -93,13 +93,13 @@ Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<
 namespace {
 
 /// Operations that bring a facet nearer to the geometry:
-/// - `snap`: a corner moves onto the geometry.
-/// - `remove`: a corner off the geometry collapses.
-/// - `clear`: any corner collapses.
-/// - `split`, `swap`: an edge is split or swapped.
+/// - `snap`: moves a corner onto the geometry.
+/// - `remove`: collapses a corner that is off the geometry.
+/// - `clear`: collapses any corner.
+/// - `split`, `swap`: splits or swaps an edge.
 enum class Approach { snap, remove, clear, split, swap };
 
-/// Limits of operations on far facets, relaxed if a round makes no progress.
+/// Limits of operations on facets beyond their bounds. They are relaxed if a round makes no progress.
 struct Concessions {
     TwoFacetElements walls = TwoFacetElements::refused;
     double min_quality = 0;      ///< minimum quality of new elements, unless removed ones are worse
@@ -113,7 +113,7 @@ struct FarFacetsSum {
     double excess = 0;
 };
 
-/// One operation for each facet beyond its bound, the farthest first.
+/// A pass with one operation for each facet beyond its distance bound. The farthest facet is first.
 template <int D>
 class FarFacets final : public Pass<D> {
   public:
@@ -146,8 +146,8 @@ class FarFacets final : public Pass<D> {
         return refused;
     }
     void follow(Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
-    /// Sums, over the far facets, distance divided by bound (`bound_shares`), weighted by area (2D: length). Errors:
-    /// stopped.
+    /// Number of facets beyond their bounds, and the sum of distance divided by bound (`bound_shares`) over them,
+    /// weighted by area (2D: length). Errors: stopped.
     [[nodiscard]] Outcome<FarFacetsSum> sum(const Adaptation<D>& r, const Execution& execution) const {
         return reduce_each(
             execution, r.mesh.facets.size(), FarFacetsSum{},
@@ -172,8 +172,8 @@ class FarFacets final : public Pass<D> {
         if (!is_judged(r, f)) return;
         if (const double share = bound_shares(r, goal_, f).largest(); share > 1) tasks.push_back(task(-share, f));
     }
-    /// Edges beyond the bound, the farthest first, then the others, the longest first. The others help if only the
-    /// facet's middle is too far.
+    /// Edges in the order in which they are tried: those beyond the bound, the farthest first, then the others, the
+    /// longest first. The others help if only the facet's middle is too far.
     [[nodiscard]] static std::array<EdgeId, edges_per_simplex<D - 1>> edges_to_try(const Adaptation<D>& r, FacetId f,
                                                                                    const BoundShares<D>& shares) {
         struct Choice {
@@ -220,7 +220,8 @@ class FarFacets final : public Pass<D> {
         }
         return {};
     }
-    /// Collapses a corner that may conflict with splits and swaps. Later splits insert other vertices.
+    /// Collapses a corner of the facet, because the corner may prevent splits and swaps. Later splits insert other
+    /// vertices.
     [[nodiscard]] std::optional<Candidate<D>> corner_of(const Adaptation<D>& r, FacetId f) const {
         for (const VertexId v : r.mesh.facets.vertices[f]) {
             const VertexState& state = r.mesh.states[v];
@@ -284,8 +285,8 @@ class FarFacets final : public Pass<D> {
         }
     }
 
-    /// True if the normals of both new facets are near those of the surface, up to the sign of the more accurate old
-    /// facet.
+    /// True if the normals of both new facets are near those of the surface. The sign is that of the old facet that
+    /// follows the surface better.
     [[nodiscard]] bool follows_surface(const Adaptation<D>& r, const Cavity<D>& cavity,
                                        const std::array<VertexId, 2>& ends) const
         requires(D == 3)
@@ -371,9 +372,9 @@ Outcome<RemeshResult<D>> refine_within_bounds(Adaptation<D> state, const Adaptat
             return FarFacets<D>(goal, options.split, Approach::split, may).sum(out.state, execution);
         });
         if (!sum) return fail(sum.error());
-        // Each round should halve edges. If the excess does not decrease, the limits are relaxed: first, straight
-        // meshes may get two-facet elements, then elements need only be valid. If it still does not decrease, the loop
-        // ends, because smaller facets do not help.
+        // Each round should halve edges. If the excess does not decrease, limits are relaxed. First, straight meshes
+        // may get two-facet elements; then, elements need only be valid. If it still does not decrease, the loop ends,
+        // because smaller facets do not help.
         constexpr double least_progress = 0.9, shortest_part = 0.1;
         const bool stays = sum->excess > least_progress * excess;
         if (sum->count == 0 || (stays && may.is_last)) break;

@@ -52,9 +52,9 @@ class Splits final : public Pass<D> {
     }
 
   private:
-    /// A split of an edge longer than 2 may create short edges; if longer than 4, also flat elements. Collapses and
-    /// swaps repair these, but only splits repair a long edge. Flat elements are not accepted for a point that does not
-    /// reach the geometry.
+    /// The split of an edge longer than 2 may create short edges. If the edge is longer than 4, it may also create flat
+    /// elements. Collapses and swaps repair these, but only splits repair a long edge. Flat elements are not accepted
+    /// if the new point does not reach the geometry.
     [[nodiscard]] SplitLimits limits_of(double length, double share) const {
         constexpr double max_overlength = 2;
         SplitLimits limits{options_.shortest, options_.min_quality};
@@ -108,8 +108,8 @@ std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const Adapta
     if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
     sample_field(r, goal, r.vertices.metrics[a].back, request);
     request.fixed_element_count = request.cavity.elements.size();
-    // Every cavity of this split contains the elements at the edge. If one of their vertices is too near, the split is
-    // rejected at once.
+    // Every cavity of this split contains the elements at the edge. If one of their vertices is too near to the new
+    // point, the split is rejected at once.
     const ConePoint<D> point{request.place, &request.metric, &request.gradient,
                              request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
     BentSpokes<D> spokes(r, goal);
@@ -148,8 +148,8 @@ class Collapses final : public Pass<D> {
         const EdgeId edge(std::size_t{task.id});
         if (r.mesh.is_free(edge) || !(length_of(r, edge) < options_.shortest)) return {};
         const auto& [a, b] = r.mesh.edges[edge];
-        // Collapses the edge to the end with the better worst shape. An end with too long new edges is only second
-        // choice.
+        // The edge collapses to the end for which the worst new shape is better. An end with too long new edges is only
+        // tried second.
         std::optional<Candidate<D>> best;
         double best_shape = 0;
         ConeShapes<D> cones(r, goal_);
@@ -224,8 +224,9 @@ Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
 
 namespace {
 
-/// Collapses superfluous vertices, which swaps and moves cannot remove: vertices of bad elements, if the worst element
-/// improves, and vertices that cannot reach the geometry, if no element gets worse.
+/// A pass that collapses superfluous vertices, which swaps and moves cannot remove:
+/// - vertices of bad elements, if the worst element improves;
+/// - vertices that cannot reach the geometry, if no element gets worse.
 template <int D>
 class Removals final : public Pass<D> {
   public:
@@ -387,8 +388,8 @@ class PassSequence {
 
 bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
                    double min_change) {
-    const auto vertices = static_cast<double>(after.edges) / 7;  // a vertex has about 7 edges in tetrahedra, and fewer
-                                                                 // in triangles
+    const auto vertices = static_cast<double>(after.edges) / 7;  // about 7 edges per vertex in tetrahedra, and fewer in
+                                                                 // triangles
     return after.unit_share() - before.unit_share() < min_change &&
            static_cast<double>(changed_vertices) < min_change * vertices;
 }

@@ -23,10 +23,11 @@ struct Adapted {
 /// Splits edges longer than `longest` in halves of equal metric length. The longest edge is first.
 struct SplitOptions {
     double longest = longest_unit_edge;
-    /// Minimum length of new edges. For an edge longer than 2, it is multiplied by (2/length)², because collapses
-    /// repair short edges, but only splits repair long ones.
+    /// Minimum length of new edges. If the split edge has a length l above 2, it is multiplied by (2/l)², because
+    /// collapses repair short edges, but only splits repair long ones.
     double shortest = 0.61;
-    /// Minimum quality of new elements, unless removed ones are worse. For edges longer than 4, at most 0.02.
+    /// Minimum quality of new elements, unless removed ones are worse. If the split edge is longer than 4, the minimum
+    /// is at most 0.02.
     double min_quality = 0.05;
 
     [[nodiscard]] static constexpr auto options() {
@@ -50,8 +51,8 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
                                         const Execution& execution);
 
-/// Collapses edges shorter than `shortest`. The shortest edge is first. The default leaves a mean length of about 1,
-/// because edges slightly longer than 1 remain, too.
+/// Collapses edges shorter than `shortest`. The shortest edge is first. The default gives a mean length of about 1,
+/// because edges slightly longer than 1 also remain.
 struct CollapseOptions {
     double shortest = 0.73;
     double longest = longest_unit_edge;
@@ -87,8 +88,8 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                            const CollapseOptions& options, const Execution& execution);
 
-/// Swaps edges and faces of elements below the target quality: joins the elements at the edge or face to the vertex for
-/// which the worst element improves most.
+/// Swaps edges and faces of elements below the target quality: joins the elements at the edge or face to another
+/// vertex. The vertex is that for which the worst element improves most.
 struct SwapOptions {
     double target_quality = 0.7;
     double gain = 1.02;     ///< minimum ratio of the worst quality after a swap to that before
@@ -151,7 +152,7 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                          const SmoothOptions& options, const Execution& execution);
 
-/// Sweeps over bad elements only. A sweep swaps, moves and removes vertices.
+/// Sweeps over elements below the target quality. A sweep swaps edges and faces, and moves and removes vertices.
 struct MendOptions {
     double target_quality = 0.5;
     int sweeps = 4;
@@ -170,9 +171,11 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
                                        const Execution& execution);
 
-/// Rounds of collapse, split, swap and smooth, then mending of bad elements. Rounds before the last use looser lengths:
+/// Rounds of collapse, split, swap and smooth, then mending of bad elements. All rounds except the last use wider
+/// length limits:
 /// - Collapses may create longer edges, which splits then halve. With a limit of √2, most short edges would stay.
-/// - Splits leave slightly long edges. Most get shorter anyway, and their halves would lower the mean length below 1.
+/// - Splits do not halve slightly long edges. Most get shorter anyway, and their halves would lower the mean length
+///   below 1.
 /// - Splits do not create edges that a collapse would remove.
 struct ToMetricOptions {
     double early_collapse_longest = 2;
@@ -242,13 +245,14 @@ template <int D>
     return remesh_to_metric(std::move(state), goal, options, without_wrapper(execution));
 }
 
-/// Operations allowed to meet distance bounds. `any`: no restriction. `near_metric`: edges are halved once, and no
-/// element gets worse than quality 0.2.
+/// Operations allowed to meet distance bounds. `any`: no restriction. `near_metric`: splits halve an edge at most once,
+/// and no element gets worse than quality 0.2.
 enum class BoundaryEffort : std::uint8_t { any, near_metric };
 
 /// Refines the boundary until every facet meets the goal's `distance_bounds`. Each round splits and swaps facets beyond
-/// their bounds, then swaps, smooths and mends all elements within the bounds. Ends early without progress, or after
-/// `max_bound_rounds`. Does not set the lengths in `statistics`. Errors: options out of range, those of the passes.
+/// their bounds. It then swaps, smooths and mends all elements, and keeps facets within their bounds. Ends early
+/// without progress, or after `max_bound_rounds`. Does not set the lengths in `statistics`. Errors: options out of
+/// range, those of the passes.
 template <int D>
 [[nodiscard]] Outcome<RemeshResult<D>> refine_to_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                         const ToMetricOptions& options, BoundaryEffort effort,
@@ -267,9 +271,8 @@ struct NodeMoves {
 /// Degree 2: moves nodes of inner edges to reduce the distortion of elements in the metric of their vertices
 /// (camber.metric:unit_mesh). The worst element at a node never gets worse. Skips edges whose elements all reach the
 /// target quality, and edges of interfaces and of required or invalid elements. Certificates prove that det J of
-/// changed elements is above 0.1 times the straight determinant, or above 0 if it was lower before. The result is the
-/// same as if the edges were processed one after another, in the order of `spread_rank`. Errors: options out of range,
-/// stopped, memory.
+/// changed elements is above 0.1 times the straight determinant, or above 0 if it was lower before. The result does not
+/// depend on the number of threads. Errors: options out of range, stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<NodeMoves> smooth_nodes(Adaptation<D>& r, const SmoothOptions& options,
                                               const Execution& execution);
@@ -277,9 +280,8 @@ template <int D>
 struct ReinsertionOptions {
     double min_scaled_jacobian = min_bound;
     double target = 0.01;
-    /// Maximum number of sweeps over vertices. The first sweep visits all vertices with a node off its target, inner
-    /// vertices first. Later sweeps visit those next to a change. A change advances by one layer of elements in each
-    /// sweep.
+    /// Maximum number of sweeps over vertices. The first sweep visits all vertices with an edge whose node is off its
+    /// target, inner vertices first. Later sweeps visit only those at elements that have changed.
     int max_sweeps = 100;
 
     [[nodiscard]] static constexpr auto options() {
@@ -313,9 +315,8 @@ struct ReinsertionResult {
 };
 
 /// The paper's global algorithm (§4): reinserts every vertex at its position, with all elements around it as the cavity
-/// (§3.2). Edge nodes move to their targets or, if elements would become invalid, half or none of the way. A vertex
-/// with nodes off their targets is visited again after changes. No element becomes invalid. An element may get worse
-/// than the worst one of its cavity only if it stays good.
+/// (§3.2). Edge nodes move to their targets or, if elements would become invalid, half or none of the way. No element
+/// becomes invalid. An element may get worse than the worst one of its cavity only if its quality stays sufficient.
 ///
 /// `target`: result of `curve`, one row for each edge (kind `fixed` does not change). `breaks`: as in `make_dynamic`.
 /// `field`: metric for qualities. Nodes of edges without elements move directly to their targets. The result does not
@@ -330,8 +331,8 @@ template <int D>
 
 namespace camber {
 
-/// Moves vertices of surfaces and lines onto the geometry, as far as their elements allow. Cavities grow if that helps.
-/// Vertices that do not reach the geometry stay in `off_geometry`. Errors: those of `run_pass`.
+/// Moves vertices of surfaces and lines onto the geometry, as far as their elements allow. Vertices that do not reach
+/// the geometry stay in `off_geometry`. Errors: those of `run_pass`.
 template <int D>
 [[nodiscard]] Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                        const Execution& execution);

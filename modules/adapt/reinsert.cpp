@@ -30,8 +30,8 @@ bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
     return norm_squared(y[0] + to_centre) < norm_squared(to_centre);
 }
 
-/// Vertices near a point, each stored once, with tangents of the edges to them. If the first edges bend little, other
-/// edges are chords, which suffice for sphere tests.
+/// Vertices near a point, each stored once, with the tangents at the point of the edges to them. If the first edges
+/// bend little, the other edges are replaced by chords, which suffice for sphere tests.
 template <int D>
 class NearbyVertices {
   public:
@@ -72,7 +72,6 @@ class NearbyVertices {
     std::vector<Vec<D>> tangents_;
 };
 
-/// True if the point is inside the sphere (2D: circle) through the vertices of an element, in the point's metric.
 template <int D>
 bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>& point,
                          const NearbyVertices<D>& nearby) {
@@ -84,8 +83,9 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
                 for (int k = 0; k < 3; ++k) y[i][k] = dot(point.metric->measure.rows[k], nearby.tangent(vertices[i]));
             return is_origin_in_sphere(y);
         }
-    // y_i: vertices in coordinates with the point as origin, in which the metric is the identity. The origin is inside
-    // the sphere through all y_i if the determinant with rows (y_i, |y_i|²) has the sign of the volume.
+    // y_i: position of the element's vertex i relative to the point, in coordinates in which the metric is the
+    // identity. The origin is inside the sphere through all y_i if the determinant with rows (y_i, |y_i|²) has the sign
+    // of the volume.
     std::array<Vec<D>, D + 1> y;
     std::array<double, D + 1> squares{};
     for (int i = 0; i <= D; ++i) {
@@ -93,7 +93,7 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
         for (int k = 0; k < D; ++k) y[i][k] = dot(point.metric->measure.rows[k], x);
         squares[i] = norm_squared(y[i]);
     }
-    // The determinants are expanded by the last column. A minor is the volume of the simplex of an outward face and the
+    // The determinants are expanded by the last column. Each minor is the volume of the simplex of a face and the
     // point.
     double lifted = 0;
     double volume = 0;
@@ -162,7 +162,7 @@ class Reinsertions final : public Pass<D> {
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
         return candidate_at(r, task, 1);
     }
-    /// Only for boundary vertices: their nodes move a share of the way.
+    /// Only for boundary vertices: the nodes of their edges move a share of the way.
     [[nodiscard]] std::optional<Candidate<D>> shortened(const Adaptation<D>& r, const Task& task,
                                                         double share) const override {
         if (r.mesh.states[VertexId(std::size_t{task.id})].place == VertexPlace::inside) return {};
@@ -172,8 +172,6 @@ class Reinsertions final : public Pass<D> {
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
     }
-    /// Vertices with a node off its target, and with an element that changed since the last call (first call: all).
-    /// Inner vertices are first.
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) {
         std::vector<std::uint8_t> is_short(r.mesh.points.size(), 0);
         for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
@@ -188,8 +186,8 @@ class Reinsertions final : public Pass<D> {
     }
 
     [[nodiscard]] bool is_approaching() const { return is_approaching_; }
-    /// From now on, nodes move towards their targets as far as elements allow, not only in half steps. Done earlier,
-    /// this would obstruct other nodes.
+    /// From now on, nodes move towards their targets as far as elements allow, not only in half steps. In earlier
+    /// sweeps, this would prevent moves of other nodes.
     [[nodiscard]] bool begin_approaching() {
         if (is_approaching_) return false;
         touched_.assign(touched_.size(), 1);
@@ -216,7 +214,8 @@ class Reinsertions final : public Pass<D> {
         return candidate;
     }
     static constexpr int max_approaching = 24;
-    static constexpr double any_facet = -2;  ///< any cosine is accepted, because corners of facets do not move
+    static constexpr double any_facet = -2;  ///< below any cosine: the limit is off, because corners of facets do not
+                                             ///< move
     const AdaptationGoal<D>& goal_;
     ReinsertionOptions options_;
     bool is_approaching_ = false;

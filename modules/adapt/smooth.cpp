@@ -53,7 +53,6 @@ BoundaryPlace<D> boundary_place(const SurfacePoint<D>& on) {
     return {on.point, place_of(on)};
 }
 
-/// Position near `target` on the geometry or, without one, in the common plane of all facets.
 template <int D>
 std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                  const Cavity<D>& around, const Vec<D>& here,
@@ -67,8 +66,9 @@ std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, 
     return BoundaryPlace<D>{place};
 }
 
-/// Position near `target` on the line edge at `v` along which the step is longer, projected to the geometry. If the
-/// projection changes nothing, `v` moves only along straight lines and planes.
+/// Returns a position near `target` on a line edge at `v`, projected to the geometry. Of the two line edges, the one
+/// along which the step is longer is used. If there is nothing to project to, `v` moves only along straight lines and
+/// planes.
 std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, const DynamicMesh<3>& mesh,
                                               const Cavity<3>& around, VertexId v, const Vec<3>& target) {
     if (around.lines.size() != 2) return {};
@@ -97,8 +97,7 @@ std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, con
     return place;
 }
 
-/// New position of a vertex that should move to `target`. Empty if it may not move or its surface is unknown. `known`:
-/// its geometric entity, if known.
+/// New position of a vertex that should move to `target`. Empty if it may not move or its surface is unknown.
 template <int D>
 std::optional<BoundaryPlace<D>> place_for(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                           const Cavity<D>& around, VertexId v, const GeometryEntity& known,
@@ -209,9 +208,9 @@ class Moves final : public Pass<D> {
         const std::optional<BoundaryPlace<D>> place =
             place_for(goal_, r.mesh, around, v, r.vertices.place(v).entity, target);
         if (!place) return;
-        ConePoint<D> point = cone_point(r, v);  // the gradient at `v` is accurate enough
+        ConePoint<D> point = cone_point(r, v);  // the gradient is not extrapolated: that at `v` is accurate enough
         point.place = place->point;
-        // An estimate with the metric at `v` excludes bad positions without a sample of the field.
+        // An estimate with the metric at `v` excludes bad positions, for which the field is then not sampled.
         if (!r.mesh.is_surface() && cones.first_shape_near(point) < nearly * best.shape) return;
         const VertexMetric<D> metric = metric_near(r, v, place->point);
         point.metric = &metric;
@@ -232,7 +231,8 @@ class Moves final : public Pass<D> {
         const FieldSample<D> sample = sample_value(goal_.field, place, here.back);
         return VertexMetric<D>(sample.log_metric, sample.location.element);
     }
-    /// Tries both directions of each axis of v's metric. Neighbours or the worst element may not show where to move.
+    /// Tries steps in both directions along each axis of v's metric, because the neighbours and the worst element may
+    /// not show where to move.
     void look_around(const Adaptation<D>& r, const Cavity<D>& around, ConeShapes<D>& cones, VertexId v,
                      BestPlace& best) const {
         for (const Vec<D>& row : r.vertices.metrics[v].measure.rows) {
@@ -274,15 +274,15 @@ class Moves final : public Pass<D> {
         const auto in_metric = [&](const Vec<3>& x) {
             return Vec<3>{{dot(rows[0], x), dot(rows[1], x), dot(rows[2], x)}};
         };
-        // The direction is that of the existing height, the length that of a regular triangle's height.
+        // The direction is that of the triangle's existing height, the length that of a regular triangle's height.
         const Vec<3> edge = in_metric(b - a);
         const double share = dot(edge, in_metric(here - a)) / norm_squared(edge);
         const Vec<3> height = here - (a + share * (b - a));
         return midpoint(a, b) + (std::sqrt(3.0) / 2 * norm(edge) / norm(in_metric(height))) * height;
     }
-    /// Mean over the edges at `v` of the position that gives the edge unit length from its other end. The weight is the
-    /// number of elements (surface: facets) at the edge. A boundary vertex uses only edges of its facets, a line vertex
-    /// only its lines.
+    /// Mean over the edges at `v` of the position of `v` that would give the edge unit length. The weight is the number
+    /// of elements (surface: facets) at the edge. A boundary vertex uses only edges of its facets, a line vertex only
+    /// its lines.
     [[nodiscard]] static Vec<D> centre_of_unit_edges(const Adaptation<D>& r, const Cavity<D>& around,
                                                      ConeShapes<D>& cones, VertexId v) {
         const Vec<D> here = r.mesh.points[v];

@@ -78,8 +78,8 @@ class Swaps final : public Pass<D> {
         }
         return shapes;
     }
-    /// True if no neighbour at the edge has a worse shape. A swap is tried only from its worst element, where the gain
-    /// is largest.
+    /// True if no neighbour at the edge has a worse shape than this element. A swap is tried only from the worst
+    /// element at its edge, where the gain is largest.
     [[nodiscard]] static bool is_worst_beside(const std::array<double, D + 1>& beside, int k, double shape) {
         for (int face = 0; face <= D; ++face)
             if (face != local_edges<D>[k][0] && face != local_edges<D>[k][1] && !(beside[face] >= shape)) return false;

@@ -151,7 +151,7 @@ EdgeRing::Best EdgeRing::best(const Adaptation<3>& r, double least) const {
     Measured measured(r, *this);
     Best best{{}, least};
     bool has_measured = false;
-    // With three ring vertices, all give the same swap. With four, opposite ones do.
+    // With three ring vertices, all give the same swap. With four, opposite vertices give the same swap.
     const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;
     for (std::size_t p = 0; p < different; ++p) {
         if (!measured.are_volumes_positive(p)) continue;
@@ -262,7 +262,8 @@ namespace {
 /// True if det J is positive at a corner with these three tangents. Otherwise `bent_shape` is 0.
 bool is_positive(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c) { return dot(cross(a, b), c) > 0; }
 
-/// Swaps of a curved edge. In `edges_`, vertices 0 … n − 1 are around the edge, and vertices n and n + 1 are its ends.
+/// Computes swaps of a curved edge. In `edges_`, vertices 0 … n − 1 are around the edge, and vertices n and n + 1 are
+/// its ends.
 class BentRing {
   public:
     BentRing(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring)
@@ -301,7 +302,8 @@ class BentRing {
         edges_.take_edge(elements_[0], a_, b_);
         for (std::size_t i = 0; i < count_; ++i) edges_.take_edge(elements_[i], i, next(i));
     }
-    /// Ring vertices for which all new elements have positive det J at the edge's ends; ascending, stored in `room`.
+    /// Returns the ring vertices for which all new elements have positive det J at the edge's ends. They are ascending
+    /// and stored in the buffer `room`.
     [[nodiscard]] std::span<const std::size_t> possible_points(std::span<std::size_t> room) const {
         // With three ring vertices, all give the same swap. With four, opposite ones do.
         const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;

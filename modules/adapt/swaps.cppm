@@ -30,8 +30,8 @@ class EdgeRing {
     };
     /// `shapes`: shapes of all elements by `shape_of`.
     [[nodiscard]] Walk walk(const DynamicMesh<3>& mesh, std::span<const double> shapes, ElementId e, int local_edge);
-    /// The ring vertex with the best swap in a straight mesh, and the worst shape after it; invalid if that is at most
-    /// `least`.
+    /// The ring vertex with the best swap in a straight mesh, and the worst shape after the swap. The vertex is invalid
+    /// if that shape is at most `least`.
     struct Best {
         VertexId point;
         double worst = 0;
@@ -55,7 +55,7 @@ class EdgeRing {
 /// not exceed `least`. `other`: element across the face.
 [[nodiscard]] double worst_without_face(const Adaptation<3>& r, ElementId e, int face, ElementId other, double least);
 
-/// A swap in degree 2. `before`, `after`: worst `bent_shape` before and after the swap.
+/// A swap in degree 2.
 struct BentSwap {
     VertexId point;
     ElementId beside;  ///< face swap: element across the face
@@ -105,8 +105,8 @@ class BentEdges {
     std::array<double, max_requested> lengths_{};
 };
 
-/// Returns the best swap of an inner edge. Its point is invalid if no swap has a worst shape above `gain` times the
-/// present one.
+/// Returns the best swap of an inner edge. Its point is invalid if no swap raises the worst shape to more than `gain`
+/// times the present worst shape.
 [[nodiscard]] BentSwap best_around_edge(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring,
                                         double gain);
 
@@ -116,8 +116,8 @@ class BentEdges {
 
 /// Grows a Delaunay cavity of a point in the point's metric (paper §1.3). Starts from the elements that contain the
 /// point. Adds the element across a face without a facet if the point is inside the element's circumsphere (2D:
-/// circumcircle), up to `most` elements. Excludes an element if its vertex opposite the face has a metric length of
-/// less than `shortest` to the point. Degree 2: a vertex is replaced by the end of the tangent of its edge from the
+/// circumcircle), up to `most` elements. Excludes an element if the metric length from the point to its vertex opposite
+/// the face is less than `shortest`. Degree 2: a vertex is replaced by the end of the tangent of its edge from the
 /// point. `spokes`: edges from the point, extended to all visited vertices.
 template <int D>
 void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t most, double shortest, Cavity<D>& cavity);
@@ -166,8 +166,8 @@ template <int D>
     return {};
 }
 
-/// Returns the face through which the straight way from vertex `from` to position `b` leaves the element; −1: `b` is
-/// not beyond a face.
+/// Follows the straight segment from vertex `from` to position `b`. Returns the face through which it leaves the
+/// element, or −1 if it does not leave.
 template <int D>
 [[nodiscard]] int face_towards(const DynamicMesh<D>& mesh, ElementId e, int from, const Vec<D>& b) {
     const auto& vertices = mesh.elements.vertices[e];
@@ -191,8 +191,7 @@ template <int D>
     return best;
 }
 
-/// Returns an element with this edge. Walks around the edge's first vertex in the direction of the second. If that
-/// fails, searches all elements at the first vertex.
+/// Returns an element with this edge.
 template <int D>
 [[nodiscard]] ElementEdge element_with_edge(const DynamicMesh<D>& mesh, EdgeId edge) {
     const auto& [a, b] = mesh.edges[edge];
@@ -317,7 +316,7 @@ void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, Orde
             if (const double order = order_of(length_of(r, e)); order < infinite_order) tasks.push_back(task(order, e));
 }
 
-/// Precondition: the shapes are known.
+/// Precondition: the qualities of all elements (`Adaptation::shapes`) are known.
 template <int D, class OrderOf>
 [[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, CachedPass pass, OrderOf&& order_of,
                                                        const Execution& execution) {

@@ -84,7 +84,7 @@ FacetCheck check_facet(const CadModel& model, std::span<const std::size_t> candi
                        const std::array<Vec<D>, D>& corners) {
     constexpr double across = 0.9, far = 0.5;
     const double longest = longest_side(corners);
-    // Boxes recognise distant facets, because searches from far away are slow.
+    // Boxes are compared before distances, because searches from far away are slow.
     const bool is_unassociated = std::all_of(corners.begin(), corners.end(), [&](const Vec<D>& p) {
         return std::all_of(candidates.begin(), candidates.end(),
                            [&](std::size_t face) { return is_beyond(model, face, p, far * longest); });
@@ -207,8 +207,8 @@ Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
     return box;
 }
 
-/// True if the boxes agree within a tenth of the mesh's diagonal. They differ because the mesh has chords instead of
-/// curves.
+/// True if the boxes agree within a tenth of the mesh's diagonal. They may differ because the mesh has chords instead
+/// of curves.
 template <int D>
 bool agree(const Box<D>& mesh, const Box<D>& model, double factor) {
     const double most = match_tolerance * mesh.diagonal();

@@ -107,7 +107,8 @@ struct EntityMatch {
     std::int64_t entity = -1;  ///< model edge or vertex; −1: none
     std::uint32_t faces = 0;
     double distance = 0;
-    double nearest = 0;  ///< distance from the nearest face; small where the mesh omits a fillet, even if edges are far
+    double nearest = 0;  ///< distance from the nearest face; small if the mesh omits a fillet, even if the fillet's
+                         ///< edges are far
     bool is_ambiguous = false, is_corner = false, is_off = false;
     bool is_detached = false;      ///< the vertex is far from the common edge or vertex of its faces
     bool is_within_group = false;  ///< not on an edge; all its faces belong to one virtual face
@@ -218,8 +219,6 @@ void add_vertex(const CadModel& model, VertexId v, std::span<const std::size_t> 
         fits.edges[static_cast<std::size_t>(met.entity)].add(v, met.distance, met.edges);
 }
 
-/// Returns the refused face or edge (`VertexFit::is_refused`) with the largest share of off vertices. If shares are
-/// equal, the largest distance decides.
 std::optional<CadFitError> fit_error_of(const Fits& fits, std::size_t facet_vertices) {
     std::optional<CadFitError> worst;
     std::pair<double, double> largest;
@@ -394,8 +393,7 @@ namespace {
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// Returns max d(vertex) + d(middle) + longest side · sin θ, with the distance d from the face and the angle θ between
-/// the normals of facet and face. If the result exceeds `enough`, it may be too small. `foot`: closest point to the
-/// middle.
+/// the normals of facet and face. A result above `enough` is only a lower bound. `foot`: closest point to the middle.
 double fit_error(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& corners, const CadFoot& foot,
                  double enough) {
     const Vec<3> normal = normalised(cross(corners[1] - corners[0], corners[2] - corners[0]));
@@ -447,8 +445,8 @@ bool bounds(const occ::EdgeFacts& edge, std::size_t face) {
 
 CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 3>& corners) {
     const Vec<3> middle = (corners[0] + corners[1] + corners[2]) / 3;
-    // Faces whose fit error exceeds twice that of the best face are not needed. Fit errors of coincident faces differ
-    // by rounding.
+    // Only faces with a fit error of at most twice that of the best face are needed. Fit errors of coincident faces
+    // differ by rounding.
     const double rounding = 1e-6 * longest_side(corners);
     struct Fit {
         double fit_error = 0;

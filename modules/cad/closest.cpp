@@ -208,7 +208,6 @@ Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     return out;
 }
 
-/// True if a bound of the cell is active inside the face. The closest point is then in another cell.
 bool continues_beyond_cell(const Step& step, const Parameters& uv, const occ::FaceFacts& facts) {
     for (std::size_t k = 0; k < 2; ++k)
         if (step.active[k] && uv[k] > facts.low[k] && uv[k] < facts.high[k]) return true;
@@ -227,7 +226,8 @@ OnSurface nearest_within(const CadParts& parts, std::size_t face, const Paramete
         pressed = continues_beyond_cell({change, active}, best.uv, parts.kernel->faces[face]) ? pressed + 1 : 0;
         if (pressed == max_pressed) break;
         OnSurface next = at(parts, face, clamped({best.uv[0] + change[0], best.uv[1] + change[1]}, within), p);
-        // Rounding hides the decrease of the distance in the last steps, as in `nearest_between`.
+        // An increase within rounding is accepted: in the last steps, rounding hides the decrease of the distance (see
+        // `nearest_between`).
         const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;
         for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving)
             next = at(parts, face, {0.5 * (next.uv[0] + best.uv[0]), 0.5 * (next.uv[1] + best.uv[1])}, p);
@@ -272,7 +272,7 @@ std::size_t cell_of(const occ::FaceFacts& facts, const Parameters& uv) {
 }
 
 bool is_converged(const CadParts& parts, const OnSurface& place, const Cell& within, const Vec<3>& p) {
-    constexpr double nothing = 1e-9;  // relative to the model's size
+    constexpr double nothing = 1e-9;  // largest step that counts as none, relative to the model's size
     const Parameters change = step(place, within, p).change;
     return norm(change[0] * vec(place.jet.u) + change[1] * vec(place.jet.v)) <= nothing * parts.size;
 }
@@ -353,7 +353,8 @@ bool is_on_face(const CadModel& model, std::size_t face, const OnSurface& found,
     return std::any_of(edges.begin(), edges.end(), is_as_near) || parts.kernel->has(face, found.uv[0], found.uv[1]);
 }
 
-/// Closest point of a face. `edge`: the edge that contains this point, if the surface is nearer outside the face.
+/// Closest point of a face. `edge`: the edge that contains this point, if the closest point of the untrimmed surface is
+/// outside the face.
 struct OnFace {
     CadFoot foot;
     std::optional<std::size_t> edge;
@@ -397,7 +398,7 @@ FaceDistances::Place FaceDistances::place_at(const Vec<3>& from, const Parameter
 void FaceDistances::set_start(const Vec<3>& p) {
     if (!first_of_row_ || !(norm_squared(first_of_row_->from - p) < norm_squared(last_->from - p))) return;
     last_ = first_of_row_;
-    first_of_row_.reset();  // the next row of points starts with p
+    first_of_row_.reset();  // `remember` stores p as the first point of a row
 }
 
 void FaceDistances::remember(const Place& place) {
@@ -445,8 +446,7 @@ bool FaceDistances::is_surface_within(double bound, const Vec<3>& p) {
     return false;
 }
 
-/// True if an edge of the face is within the distance `bound` of p. A search starts at the last point on an edge, a
-/// second search in the edge cell with the nearest box.
+/// A search starts at the last point on an edge, a second search in the edge cell with the nearest box.
 bool FaceDistances::is_edge_within(double bound, const Vec<3>& p) {
     if (edge_ && search_edge_within(bound, p)) return true;
     const CadParts& parts = model_->parts();
@@ -536,8 +536,8 @@ OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, dou
         const double change = -slope / (whole > 0.1 * gauss ? whole : gauss);
         double t = std::clamp(best.t + change, low, high);
         OnCurve next = point_on_curve(parts, edge, t, p);
-        // Squared distances hide changes of t below the square root of rounding, so the last steps seem to give no
-        // decrease.
+        // An increase within rounding is accepted: squared distances do not show changes of t below the square root of
+        // rounding.
         const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;
         for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving) {
             t = 0.5 * (t + best.t);

@@ -87,8 +87,8 @@ Samples of_face(const CadModel& model, std::size_t face, double step) {
     const std::size_t n = parts_of(extents[0], step, least, most), m = parts_of(extents[1], step, least, most);
     Samples samples = grid_on_face(model, face, n, m);
     if (!samples.points.empty()) return samples;
-    // A narrow or broken face may contain no grid point. It gets a finer grid, which is as costly as that of other
-    // faces.
+    // A narrow or broken face may contain no grid point. Its grid is refined, up to about the cost of other faces'
+    // grids.
     return grid_on_face(model, face, std::min(finer * n, finest), std::min(finer * m, finest));
 }
 
@@ -379,7 +379,6 @@ class CadGeometryModel final : public GeometryModel<3> {
         return {edge.facets.size() > 1 ? surface(faces[0]) : rim_of(faces, points)};
     }
 
-    /// Closest rim edge of a face if both ends are near it; else the face.
     [[nodiscard]] GeometryEntity rim_of(const std::vector<std::size_t>& faces,
                                         const std::array<Vec<3>, 2>& ends) const {
         const GeometryEntity rim = curve_of(faces, ends);
@@ -390,7 +389,6 @@ class CadGeometryModel final : public GeometryModel<3> {
         return rim;
     }
 
-    /// Closest edge between the faces, or closest rim edge of a single face. Without such an edge, the first face.
     [[nodiscard]] GeometryEntity curve_of(const std::vector<std::size_t>& faces, std::span<const Vec<3>> points) const {
         const auto edge = edge_between(cad_.model, faces, points);
         return edge ? curve(*edge, faces) : surface(faces[0]);

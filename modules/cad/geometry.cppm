@@ -159,8 +159,8 @@ struct VerticesOnModel {
 /// - At the end of the part of the boundary on the model: the rim of the face.
 /// - Beside another surface that `geometry` prescribes: the curve of both surfaces. `geometry` contains the model.
 ///
-/// Elements preserve a fifth of their volume, facets a fifth of their area along their normal. Moves that violate this
-/// are halved up to six times, then dropped. Required vertices are fixed. Errors: stopped.
+/// Each element keeps at least a fifth of its volume, each facet a fifth of its area along its normal. Moves that
+/// violate this are halved up to six times, then dropped. Required vertices are fixed. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<VerticesOnModel<D>> vertices_onto(const CadModel& model, const CadAssociation& association,
                                                         const LinearMesh<D>& mesh, const Geometry<D>& geometry,

@@ -115,8 +115,8 @@ struct CadFoot {
 /// curvature. A point on the face within rounding is returned unchanged.
 [[nodiscard]] CadFoot closest_on_face(const CadModel& model, std::size_t face, const Vec<3>& p);
 
-/// Starts the search at `near`, the parameters of a nearby point of the face. The result is equal up to rounding, but
-/// faster.
+/// Starts the search at `near`, the parameters of a nearby point of the face. This is faster; the result is equal up to
+/// rounding.
 [[nodiscard]] CadFoot closest_on_face(const CadModel& model, std::size_t face, const Vec<3>& p,
                                       const std::array<double, 2>& near);
 
@@ -164,8 +164,8 @@ struct CadAssociation {
     std::vector<EdgeId> ridges;
     std::vector<VertexId> corners;
 
-    std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< numbers of model entities on which the mesh has
-                                                                 ///< facets, edges and vertices
+    std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< number of model faces, edges and vertices on which
+                                                                 ///< the mesh has facets, edges and vertices
     std::size_t coincident_facets = 0;   ///< facets that fit two coincident faces (touching solids); the first is used
     std::size_t ambiguous_facets = 0;    ///< facets that a second face, not joined to the best one, fits nearly as well
     std::size_t settled_facets = 0;      ///< ambiguous facets that got the face of the other facets of their reference
@@ -175,7 +175,7 @@ struct CadAssociation {
     std::size_t off_vertices = 0;        ///< vertices farther from the model than their longest edge
     std::size_t detached_vertices = 0;   ///< vertices farther than their longest edge from the common edge or vertex of
                                          ///< their faces
-    double largest_vertex_distance = 0;  ///< of a vertex from its face, edge or vertex
+    double largest_vertex_distance = 0;  ///< largest distance of a vertex from its model face, edge or vertex
     VertexId farthest_vertex = {};
 
     /// Lists of faces (ascending) that meet smoothly and count as one face: a facet spans them, or one of them has no
@@ -237,9 +237,10 @@ struct CadFit {
 [[nodiscard]] CadFit best_face(const CadModel& model, std::span<const std::size_t> faces,
                                const std::array<Vec<3>, 3>& corners);
 
-/// Returns the closest edge to the points: a common edge of the first two faces (ascending) that have one, or an edge
-/// of a single face. Touching solids have separate edges. Without a common edge, returns an edge of one face through
-/// the points.
+/// Returns the edge of the model that is closest to the points. For a single face, it is one of this face's edges. For
+/// several faces, it is a common edge of two faces: of the first pair, in ascending order, that has one. Touching
+/// solids have separate edges, so faces may have no common edge. The result is then an edge of one face through the
+/// points.
 [[nodiscard]] std::optional<std::size_t> edge_between(const CadModel& model, std::span<const std::size_t> faces,
                                                       std::span<const Vec<3>> points);
 [[nodiscard]] std::optional<std::size_t> vertex_between(const CadModel& model, std::span<const std::size_t> faces,

@@ -84,7 +84,7 @@ class FaceDistances {
 
   private:
     struct Place {
-        Vec<3> from;  ///< point whose closest point is this place
+        Vec<3> from;  ///< point that was projected to this place
         std::array<double, 2> uv{};
         occ::SurfaceJet jet{};
     };
@@ -117,8 +117,8 @@ class FaceDistances {
 /// Two faces fit similarly well if their fit errors differ at most by this factor.
 inline constexpr double ambiguity_ratio = 2;
 
-/// Largest distance between matching entities of mesh and model, divided by the length of a mesh edge. For boxes, it is
-/// divided by the diagonal.
+/// Largest distance between matching entities of mesh and model, divided by the length of a mesh edge. For boxes, the
+/// distance is divided by the box's diagonal.
 inline constexpr double match_tolerance = 0.1;
 
 /// Vertices farther from the model than this times their longest edge are off the model. Smaller distances may be due
@@ -164,7 +164,7 @@ using MayTake = std::function<bool(std::size_t)>;
 struct VirtualFoot {
     std::size_t face = 0;
     CadFoot foot;
-    std::vector<std::size_t> through = {};  ///< faces that the search passed before `face`
+    std::vector<std::size_t> through = {};  ///< faces that the search passed through before it reached `face`
 };
 /// Returns the closest point to p of the virtual face that contains `face`. The search starts in `face`. At a rim it
 /// continues in smooth neighbours that are nearer.
@@ -190,8 +190,8 @@ struct Junction {
     bool is_within_group = false;  ///< not on an edge; all faces belong to one virtual face
     bool is_chain = false;         ///< true: a chain of edges; `number` is the edge nearest to the middle of the points
 };
-/// Points within these distances count as on an edge or vertex. `ridge`: faces meet sharply; `smooth`: faces meet
-/// smoothly.
+/// Points within these distances count as on an edge or vertex. `ridge`: for sharp model edges; `smooth`: for edges at
+/// which faces meet smoothly.
 struct Reach {
     double ridge = 0, smooth = 0;
 };

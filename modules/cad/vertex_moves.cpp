@@ -68,7 +68,6 @@ class Targets {
         }
         return std::nullopt;
     }
-    /// Returns the target of a vertex at the end of the part of the boundary on the model.
     [[nodiscard]] std::optional<Vec<3>> at_rim(std::span<const std::size_t> face, std::span<const FacetId> facets,
                                                const Vec<3>& p, double near) const {
         EdgeSite<3> site{{}, EdgeKind::ridge, {p, p}, {}};
@@ -155,7 +154,6 @@ struct MovesOntoModel {
 
 constexpr double preserved_share = 0.2;
 
-/// True if the moved element preserves a fifth of its volume, or if it had none.
 template <int D>
 bool is_sound(const MovesOntoModel<D>& moves, const SimplexVertices<D>& element) {
     std::array<Vec<D>, D + 1> before, after;
@@ -170,7 +168,6 @@ bool is_sound(const MovesOntoModel<D>& moves, const SimplexVertices<D>& element)
 Vec<3> area_vector(const std::array<Vec<3>, 3>& c) { return cross(c[1] - c[0], c[2] - c[0]); }
 Vec<2> area_vector(const std::array<Vec<2>, 2>& c) { return c[1] - c[0]; }
 
-/// True if the moved facet preserves a fifth of its area along its normal.
 template <int D>
 bool is_sound_facet(const MovesOntoModel<D>& moves, const SimplexVertices<D - 1>& facet) {
     std::array<Vec<D>, D> before, after;
@@ -195,7 +192,6 @@ Outcome<std::vector<std::size_t>> flattened(const MovesOntoModel<D>& moves, cons
     return found;
 }
 
-/// Halves the moves of vertices of flat simplices until no simplex is flat. After six halvings, drops the moves.
 template <int D>
 Outcome<Done> limit_moves(MovesOntoModel<D>& moves, const Execution& execution) {
     constexpr int halvings = 6;

@@ -282,7 +282,7 @@ Vec<3> in_space(const Vec<3>& p) { return p; }
 
 /// Faces that a facet reaches beyond the rim of its associated face.
 struct Span {
-    std::vector<std::array<std::size_t, 2>> pairs;  ///< pairs of faces that the facet joins
+    std::vector<std::array<std::size_t, 2>> pairs;  ///< pairs of faces that the facet covers together
     std::optional<Vec<3>> ridge;                    ///< point where the facet crosses a ridge
 };
 
@@ -326,7 +326,8 @@ Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::
     JoinedFaces joined(groups.groups.size());
     for (const auto& [a, b] : pairs) {
         joined.join(a, b);
-        // A sliver between both faces has no facets at this edge; otherwise the pair would contain the sliver.
+        // Edge neighbours in the mesh that are no neighbours in the model: a sliver between both faces has no facets
+        // here.
         const auto& [near_a, near_b] = std::tie(groups.beside[a], groups.beside[b]);
         if (std::binary_search(near_a.begin(), near_a.end(), b)) continue;
         for (const std::size_t face : near_a)

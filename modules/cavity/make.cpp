@@ -370,8 +370,8 @@ namespace {
 
 constexpr std::uint32_t no_piece = std::numeric_limits<std::uint32_t>::max();
 
-/// Pieces of a surface, connected by edges of exactly two triangles. Triangles of one piece that share an edge of more
-/// than two triangles are in no piece and do not change.
+/// Pieces of a surface, connected by edges of exactly two triangles. Triangles that share an edge of more than two
+/// triangles with another triangle of their piece are in no piece, and do not change.
 struct Pieces {
     Buffer<std::uint32_t> of;
     std::size_t count = 0;
@@ -469,7 +469,7 @@ LinearMesh<3> joined_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& ed
     return joined;
 }
 
-/// Kinds of all edges. Edges to infinity have kind `surface`, because the surface does not break there.
+/// Kinds of all edges. Edges to infinity have kind `surface`, because they are no ridges.
 Buffer<EdgeKind> kinds_of(const EdgeSet<3>& joined, const EdgeSet<3>& edges, const BreaksOfMesh& breaks) {
     Buffer<EdgeKind> kinds(breaks.edge_kinds.empty() ? 0 : joined.size(), EdgeKind::surface);
     for (std::size_t e = 0; e < kinds.size(); ++e) {

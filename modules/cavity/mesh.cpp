@@ -68,19 +68,18 @@ void shell(const DynamicMesh<D>& mesh, ElementId e, int local_edge, std::vector<
     const auto [i, j] = local_edges<D>[local_edge];
     const VertexId a = mesh.elements.vertices[e][i];
     const VertexId b = mesh.elements.vertices[e][j];
-    // In 2D the edge is a face with one element across it. In 3D each element has two faces at the edge.
+    // In 2D the edge is a face of the element, with one element across it. In 3D each element has two faces that
+    // contain the edge.
     if constexpr (D == 2) {
         const ElementId next = element_across(mesh, e, 3 - i - j);
         if (next.valid()) found.push_back(next);
     } else {
         const auto walk = [&](VertexId across) {
-            // The walk starts at e and goes through the face opposite `across`.
             ElementId at = e;
             for (;;) {
                 const ElementId next = element_across(mesh, at, local_vertex(mesh.elements.vertices[at], across));
                 if (!next.valid()) return false;
                 if (next == e) return true;
-                // The next face is opposite the vertex that is neither on the edge nor `across`.
                 const auto& from = mesh.elements.vertices[at];
                 for (const VertexId v : from)
                     if (v != a && v != b && v != across) {

@@ -35,7 +35,7 @@ class FaceNeighbour {
     std::uint32_t value_ = 0xffffffffU;
 };
 
-/// Kind of the place of a vertex. In 2D, facets form the surface, and there are no lines.
+/// Kind of position of a vertex. In 2D, facets form the surface, and there are no lines.
 enum class VertexPlace : std::uint8_t {
     inside,
     surface,   ///< on a smooth part of the boundary or an interface
@@ -50,9 +50,9 @@ enum class Mark : std::uint8_t {
     has_input_data = 4,  ///< the input has directions or associations for the vertex
     moved = 8,
     ridge = 16,      ///< a ridge listed by the input
-    implied = 32,    ///< a line not listed by the input, at which the surface breaks
+    implied = 32,    ///< a ridge that the input does not list
     corner = 64,     ///< a corner listed by the input
-    embedded = 128,  ///< a line at which the surface does not break
+    embedded = 128,  ///< a line that is not a ridge: the surface is smooth there
 };
 class Marks {
   public:
@@ -95,11 +95,11 @@ struct FreeSlots {
     friend bool operator==(const FreeSlots&, const FreeSlots&) = default;
 };
 
-/// Identifies a mesh value. Copies share the stamp; a commit creates a new one.
+/// Identifies one state of a mesh. Copies share the stamp; a commit creates a new one.
 using Stamp = std::shared_ptr<const char>;
 [[nodiscard]] inline Stamp new_stamp() { return std::make_shared<const char>(); }
 
-/// A linear or quadratic mesh whose topology changes in time proportional to the change. It is an immutable value of
+/// A linear or quadratic mesh whose topology changes in time proportional to the change. It consists of immutable
 /// columns, like `LinearMesh`. Ids are stable. Slots are reused, the last freed first. In free slots, the vertices of
 /// an element, facet or edge are invalid, and so are the edge of a line and the element of a vertex (unless the vertex
 /// is frozen).
@@ -194,7 +194,7 @@ template <int D>
     return sides[0] == e ? sides[1] : sides[0];
 }
 
-/// Invalid if the face has no facet.
+/// Facet on a face of an element; invalid if there is none.
 template <int D>
 [[nodiscard]] inline FacetId facet_at(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const FaceNeighbour across = mesh.face_neighbours[e][face];
@@ -224,8 +224,8 @@ template <int D>
 void lines_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, VertexId v,
                 std::vector<LineId>& found);
 
-/// True if the edge's node is known to be fixed from this element: the edge is on a facet of the element, on a line, or
-/// the element is required. Also true if both ends are frozen, because facets without elements may have the edge.
+/// True if this element shows that the edge's node is fixed: the edge is on one of its facets or on a line, or the
+/// element is required. Also true if both ends are frozen, because facets without elements may have the edge.
 template <int D>
 [[nodiscard]] inline bool is_node_fixed(const DynamicMesh<D>& mesh, ElementId e, int local_edge) {
     const EdgeId edge = mesh.edges_of[e][local_edge];
@@ -243,8 +243,8 @@ template <int D>
 /// Edge of the facet opposite its vertex `k`. Precondition: the facet has an element.
 [[nodiscard]] EdgeId facet_edge(const DynamicMesh<3>& mesh, FacetId f, int k);
 
-/// Breaks of surfaces that the mesh does not list: corners, and edges of kind `ridge` (3D; one kind for each unique
-/// edge). Empty spans: no such breaks. `find_features` of camber.surface computes them.
+/// Corners and ridges that the mesh does not list. Ridges have kind `ridge` among the kinds of the unique edges (3D).
+/// Empty spans: none. `find_features` of camber.surface computes them.
 struct BreaksOfMesh {
     std::span<const EdgeKind> edge_kinds;
     std::span<const VertexId> corners;
@@ -349,8 +349,8 @@ template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Incidence<ElementId>& balls, const Execution& execution);
 
-/// True if walks through faces do not find all `around` elements of the vertex, or not all elements of one of its
-/// lines.
+/// True if walks through faces miss elements of the vertex, or elements of one of its lines. `around`: number of
+/// elements at the vertex.
 template <int D>
 [[nodiscard]] bool is_pinched(const DynamicMesh<D>& mesh, std::size_t around, VertexId v,
                               const Incidence<ElementId>& shells, std::vector<ElementId>& found);

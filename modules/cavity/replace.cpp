@@ -38,7 +38,7 @@ bool preserves_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
         for (int i = 0; i <= D; ++i) {
             if (i == point_index || i == static_cast<int>(face.opposite)) continue;
             const auto at = std::find(boundary.begin(), boundary.end(), vertices[i]) - boundary.begin();
-            if (at == std::ssize(boundary)) continue;  // no new element has this edge
+            if (at == std::ssize(boundary)) continue;  // no new element has the edge to this vertex
             if (mesh.nodes[mesh.edges_of[face.element][edge_between<D>[i][point_index]]] != patch.nodes[at])
                 return false;
         }
@@ -206,7 +206,7 @@ struct Draft {
     Column<VertexId> at_infinity;
 };
 
-/// Gives slots to new entities of one kind: first removed slots in ascending order, then free slots, then new ones.
+/// Assigns slots to new entities of one kind: first removed slots in ascending order, then free slots, then new ones.
 /// `release` frees the removed slots that were not reused.
 template <class Id, class Grow>
 class Places {
@@ -252,7 +252,8 @@ struct NewLine {
     Reference reference = 0, entity = 0;
     Marks marks;
 };
-/// The neighbour across an open face. `place`: its local face (facet: its side) that lists the removed element.
+/// The neighbour `outside` across an open face of a removed element. `place`: local index of the face (facet: of its
+/// side) at which `outside` stores the removed element.
 struct Beyond {
     FaceNeighbour outside;
     int place = 0;
@@ -414,7 +415,7 @@ class PatchCommit {
         }
     }
 
-    /// Edges of removed elements that no new element has: neither on joined faces nor at the point; ascending.
+    /// Edges of removed elements that no new element has: they are neither on joined faces nor at the point. Ascending.
     [[nodiscard]] std::vector<EdgeId> removed_edges(const Patch<D>& patch) {
         stay_.clear();
         for (const ElementFace& open : patch.star.joined)
@@ -445,7 +446,7 @@ class PatchCommit {
                               d_.facet_entities.empty() ? 0 : d_.facet_entities[from], d_.facet_marks[from]});
             result.back().vertices[opposite] = point;
         }
-        // The side of a facet opposite the point identifies the face on which the facet lies.
+        // A new facet is found by its side opposite the point: the new face with the same side has this facet.
         for (StarFace& face : faces_) face.facet = FlatMap<VertexId>::none;
         for (std::uint32_t f = 0; f < star.facets.size(); ++f)
             faces_[names_.find(preserved_side(star.facets[f]))].facet = f;
@@ -534,8 +535,7 @@ class PatchCommit {
                     elements_[face.sides[s].of].face_neighbours[face.sides[s].local] = FaceNeighbour(f);
                     d_.sides[f.index()][s] = ids_[face.sides[s].of];
                 }
-            } else if (second.preserved) {  // only the second side can be preserved: `find_faces` adds joined faces
-                                            // first
+            } else if (second.preserved) {  // the first side is never preserved: `find_faces` adds joined faces first
                 elements_[first.of].face_neighbours[first.local] = preserved_beyond_[second.of].outside;
                 turn_to(preserved_beyond_[second.of], ids_[first.of]);
             } else {

@@ -37,7 +37,7 @@ template <int D>
 bool StarBuilder<D>::is_ball_inside() const {
     if (!point_.valid() || mesh_.states[point_].place != VertexPlace::inside) return false;
     if (!cavity_.facets.empty() || !cavity_.lines.empty() || !out_.preserved.empty()) return false;
-    // Each element has one open face, opposite the point.
+    // Each element must have one open face, the one opposite the point.
     return out_.joined.size() == cavity_.elements.size() &&
            std::ranges::all_of(out_.joined, [&](const ElementFace& open) {
                return mesh_.elements.vertices[open.element][static_cast<int>(open.opposite)] == point_;
@@ -178,7 +178,7 @@ StarFailure StarBuilder<D>::ball_around() {
 
 template <int D>
 bool StarBuilder<D>::is_beside_one_part() {
-    // An element that does not contain the point forms a separate group.
+    // Each element that does not contain the point stays alone in its group. The others must form one group.
     Groups groups(w_.groups, cavity_.elements.size());
     std::size_t alone = 0;
     for (std::uint32_t i = 0; i < cavity_.elements.size(); ++i) {
@@ -208,7 +208,7 @@ StarFailure StarBuilder<D>::check_existing() {
             if (i == point_index) continue;
             const std::uint32_t at = w_.vertices.find(v[i]);
             if (at != none_found && !w_.to_point[at].is_present) return StarFailure::exists;
-            // `beside` is the face opposite local vertex i.
+            // `beside`: the face opposite local vertex i.
             const ElementFace beside{e, static_cast<std::uint32_t>(i)};
             const std::uint32_t face =
                 w_.names.find(side_without<D>(mesh_.elements.vertices, mesh_.edges_of, beside, point_index));
@@ -279,7 +279,8 @@ bool StarBuilder<D>::pieces_have_sides() {
                 has_side[groups.root(index(sides[i]))] = 1;
             }
         }
-    // `sides` omits sides on removed lines. If a facet has fewer than D listed sides, another side is on such a line.
+    // `sides` omits sides on removed lines. A facet with fewer than D sides in `sides` therefore has a side on a
+    // removed line, which counts as border.
     std::vector<std::uint8_t> listed(cavity_.facets.size(), 0);
     for (const OpenSide& side : sides) ++listed[index(side)];
     for (std::uint32_t f = 0; f < listed.size(); ++f)
@@ -346,8 +347,7 @@ bool StarBuilder<D>::lines_preserve_facets() {
     for (const auto& [line, opposite] : out_.lines) {
         const auto& ends = mesh_.edges[mesh_.lines[line]];
         if (ends[opposite] == point_)
-            continue;  // the line at the point is created again, and its facets are counted
-                       // already
+            continue;  // the line at the point exists again after the operation, and its facets are counted already
         const auto is_on_line = [&](FacetId f) {
             const auto& v = mesh_.facets.vertices[f];
             return local_vertex(v, ends[0]) >= 0 && local_vertex(v, ends[1]) >= 0;
@@ -391,7 +391,7 @@ StarFailure StarBuilder<D>::surface_at_point() {
             if (!edge.is_line && edge.facets != 0 && edge.facets != 2) return StarFailure::surface;
     if (D == 3 && !lines_preserve_facets()) return StarFailure::surface;
     if (facets_at_point_ > 0) out_.place = VertexPlace::surface;
-    // The new facets at a new point must form one fan.
+    // The new facets at a new point must form one fan around it.
     if (!point_.valid()) return D == 2 || is_one_fan() ? StarFailure::none : StarFailure::surface;
     // An existing point stays on its surfaces, and gets no others.
     if (D == 2) passed_before_ = before;
@@ -488,8 +488,8 @@ StarFailure StarBuilder<D>::lines() {
             if (v == point_) continue;
             const bool stays = w_.vertices.contains(v);
             const bool through = next - i == 2 && ends[i].reference == ends[i + 1].reference;
-            // A vanishing vertex must lie between two removed lines. At a vertex that stays, one removed line must end,
-            // which is then joined to the point.
+            // Exactly two removed lines of one reference must meet at a vanishing vertex. Exactly one removed line may
+            // end at a vertex that stays; the new line joins this vertex to the point.
             if (stays ? next - i != 1 : !through) return StarFailure::line;
             if (!stays) continue;
             auto& edge = w_.to_point[w_.vertices.find(v)];

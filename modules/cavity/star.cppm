@@ -91,8 +91,8 @@ enum class StarFailure : std::uint8_t {
     none,
     empty,     ///< all open faces contain the point
     required,  ///< a required, frozen or corner entity would be removed
-    surface,   ///< a facet is lost, doubled or not on a face, or the point's `VertexPlace` changes
-    line,      ///< a line is lost or doubled, or the point's `VertexPlace` changes
+    surface,   ///< a facet would be lost, exist twice or be on no face; or the point's `VertexPlace` would change
+    line,      ///< a line would be lost or exist twice; or the point's `VertexPlace` would change
     ball,      ///< the joined faces form neither a sphere around the point nor a disc beside it
     exists,    ///< a new edge or face exists already outside the cavity
 };
@@ -138,7 +138,8 @@ struct SideName<3> {
 template <int D>
 using SideId = typename SideName<D>::Id;
 
-/// A face at the star's point. `sides`: faces of `joined` or `preserved` adjacent to it; `facet`: the facet on it.
+/// A face at the star's point. `sides`: the faces in `joined` or `preserved` from which it results; `facet`: the facet
+/// on it.
 struct StarFace {
     struct Side {
         std::uint32_t of = 0;
@@ -150,9 +151,9 @@ struct StarFace {
     std::uint32_t facet = 0xffffffffU;  ///< index in `Star::facets`, if a facet is on the face
 };
 
-/// Returns the side, opposite the point, of a face at the point. This is the face `face` if `face` is preserved;
-/// `other` is then the point's local vertex. If `face` is joined, it is the face opposite local vertex `other` of the
-/// new element.
+/// Returns the side, opposite the point, of a face at the point. For a preserved face, `face` is that face and `other`
+/// the local vertex of the point. For a face of a new element, `face` is the joined face and `other` the local vertex
+/// opposite the new face.
 template <int D, class Elements, class EdgesOf>
 [[nodiscard]] SideId<D> side_without(const Elements& elements, const EdgesOf& edges_of, const ElementFace& face,
                                      int other) {
@@ -168,7 +169,7 @@ template <int D, class Elements, class EdgesOf>
     }
 }
 
-/// Returns false if a face has more than two sides.
+/// Lists the faces at the point. Returns false if a face has more than two sides.
 template <int D, class Elements, class EdgesOf>
 [[nodiscard]] bool find_faces(const Elements& elements, const EdgesOf& edges_of, const Star<D>& star, VertexId point,
                               FlatMap<SideId<D>>& names, std::vector<StarFace>& faces) {
@@ -215,8 +216,8 @@ class StarWorkspace {
         bool lost_facet = false;
         bool preserves_facet = false;  ///< the vertex is on a border of the removed facets
         std::uint8_t facets = 0;       ///< number of facets on the edge after the operation
-        std::uint8_t before = 0;       ///< for a line: number of facets before, on this edge or on the removed line
-                                       ///< that it continues
+        std::uint8_t before = 0;       ///< for a line: number of facets before the operation, on this edge or on the
+                                       ///< removed line that it continues
         Reference reference = 0;       ///< reference of the facets
     };
     std::vector<ToPoint> to_point;

@@ -58,7 +58,6 @@ ArrayFiles& files() {
     return all;
 }
 
-/// Returns −1 on failure, with the reason in errno.
 int open_nameless(const std::string& folder) { return ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); }
 
 /// Reserves the blocks of a file, because on a full disk a write to a page without a block ends the process (SIGBUS).
@@ -69,7 +68,6 @@ int reserve(int file, std::size_t bytes) {
     return error;
 }
 
-/// Raises the limit of open files, because each array keeps its file open.
 void allow_many_files() {
     rlimit limit{};
     if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;

@@ -45,7 +45,7 @@ using FacetId = Id<FacetTag>;      ///< boundary or interface facet: triangle in
 using FaceId = Id<FaceTag>;        ///< unique face in 3D, numbered among the faces of its shape
 using ElementId = Id<ElementTag>;  ///< tetrahedron in 3D, triangle in 2D
 
-/// Number of an entity's material, surface or curve.
+/// Number of the material, surface or curve to which a mesh entity belongs.
 using Reference = std::int32_t;
 
 inline constexpr std::size_t max_entities = 0xfffffffeU;
@@ -53,14 +53,16 @@ inline constexpr std::size_t max_entities = 0xfffffffeU;
 }  // namespace camber
 
 namespace camber {
-/// Aligned for any type; large arrays are on large pages, if available, for faster first access. Throws std::bad_alloc.
+/// Allocates memory that is aligned for any type. Large arrays are on large pages, if available, for faster first
+/// access. Throws std::bad_alloc.
 void* allocate_array(std::size_t bytes);
 void release_array(void* array, std::size_t bytes);
 }  // namespace camber
 
 export namespace camber {
 
-/// Leaves elements of trivial types uninitialised, so that a parallel loop touches each page first.
+/// Allocator that leaves elements of trivial types uninitialised, so that a parallel loop can be the first to write to
+/// each page.
 template <class T>
 struct Uninitialised : std::allocator<T> {
     template <class U>
@@ -91,7 +93,7 @@ using Buffer = std::vector<T, Uninitialised<T>>;
 namespace camber {
 
 /// Shared ownership of a value. Copies and the destructor are not inline, because a copy of a mesh contains dozens of
-/// them. Other members are declared inline, because members in a module otherwise are not.
+/// them.
 class SharedOwner {
   public:
     class Value {
@@ -117,7 +119,7 @@ class SharedOwner {
     ~SharedOwner();
 
     [[nodiscard]] inline Value* value() const { return value_; }
-    /// Returns true if this is the only owner. The reads through former owners have then ended.
+    /// True if this is the only owner. In that case, all reads through former owners have ended.
     [[nodiscard]] bool is_only() const;
 
   private:
@@ -128,7 +130,7 @@ class SharedOwner {
 
 export namespace camber {
 
-/// An immutable shared array; a copy costs a reference count. `take` returns its buffer, to make a changed column.
+/// Immutable shared array. A copy of a column shares the array and only increments a reference count.
 template <class T>
 class Column {
   public:
@@ -139,7 +141,7 @@ class Column {
         array()->own = std::move(buffer);
         array()->items = array()->own;
     }
-    /// Refers to an external array, which must not change, in any thread, until `owner` is destroyed.
+    /// Makes a column that refers to an external array. No thread may change this array until `owner` is destroyed.
     Column(std::span<const T> items, std::shared_ptr<const void> owner) : owner_(new Array) {
         array()->items = items;
         array()->owner = std::move(owner);
@@ -157,7 +159,8 @@ class Column {
         return array()->items[id.index()];
     }
 
-    /// Moves the buffer from a uniquely owned column; copies it from a shared column or an external array.
+    /// Returns the items as a mutable buffer. The buffer is moved if the column is its only owner, and copied if it is
+    /// shared or the array is external.
     [[nodiscard]] friend Buffer<T> take(Column column) {
         if (!column.array()) return {};
         if (column.owner_.is_only() && !column.array()->owner) return std::move(column.array()->own);
@@ -188,8 +191,8 @@ class Column {
 /// error number if files cannot be created.
 [[nodiscard]] int store_arrays_in_files(const std::string& folder);
 
-/// Copies bytes into an array, or a part of one, that was not accessed before. Files are written by file output, in a
-/// tenth of the time of page accesses.
+/// Copies bytes into an array, or a part of one, that was not accessed before. An array in a file is filled by file
+/// output, which takes a tenth of the time of page accesses.
 void fill_bytes(void* array, const void* from, std::size_t bytes);
 template <class T>
     requires std::is_trivially_copyable_v<T>
@@ -218,9 +221,10 @@ class NoFileForArray : public std::bad_alloc {
 
 namespace camber {
 
-/// Returns null for small arrays, and if arrays are not stored in files. Throws NoFileForArray.
+/// Allocates an array in a file. Returns null for small arrays, and if arrays are not stored in files. Throws
+/// NoFileForArray.
 [[nodiscard]] void* allocate_in_file(std::size_t bytes);
-/// Returns false for an array that is not in a file.
+/// Releases an array that is in a file. Returns false for other arrays.
 [[nodiscard]] bool release_in_file(void* array);
 
 }  // namespace camber
@@ -257,7 +261,8 @@ struct MeshMaps {
     IdMap<FacetId> facets;
 };
 
-// Tables for few rows of a column: their cost is proportional to these rows, not to the size of the column.
+// The following tables store values for few rows of a column. Their cost is proportional to the number of these rows,
+// not to the size of the column.
 
 /// Fibonacci hashing (Knuth).
 template <class Tag>
@@ -272,13 +277,13 @@ class SparseMap {
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }
 
-    /// Pointer, or null if absent; valid until the next `at`.
+    /// Returns a pointer to the value, or null if the key is absent. The pointer is valid until the next `at`.
     [[nodiscard]] const T* find(Key key) const {
         if (size_ == 0) return nullptr;
         const std::size_t slot = slot_of(key);
         return slots_[slot].first == key ? &slots_[slot].second : nullptr;
     }
-    /// Inserts T{} if absent. The reference is valid until the next `at`.
+    /// Returns the value of the key, and inserts T{} if it is absent. The reference is valid until the next `at`.
     [[nodiscard]] T& at(Key key) {
         if (2 * (size_ + 1) > slots_.size()) grow();
         auto& [there, value] = slots_[slot_of(key)];
@@ -339,13 +344,13 @@ class ScratchMap {
         slots_.assign(slots_.size(), {});  // the stamp counter overflowed
         stamp_ = 1;
     }
-    /// Pointer, or null if absent; valid until the next insertion.
+    /// Returns a pointer to the value, or null if the key is absent. The pointer is valid until the next insertion.
     [[nodiscard]] const T* find(Key key) const {
         const Slot& slot = slots_[slot_of(key)];
         return slot.stamp == stamp_ ? &slot.value : nullptr;
     }
     [[nodiscard]] bool contains(Key key) const { return find(key) != nullptr; }
-    /// Inserts `value` if absent. The reference is valid until the next insertion.
+    /// Inserts `value` if the key is absent. The returned reference is valid until the next insertion.
     T& insert(Key key, const T& value) {
         if (2 * (size_ + 1) > slots_.size()) grow();
         Slot& slot = slots_[slot_of(key)];
@@ -418,7 +423,7 @@ class RowTable {
 
     explicit RowTable(std::size_t rows) : slots_(std::bit_ceil(2 * rows + 2), none) {}
 
-    /// Row with this hash for which `is_same(row)` is true, or `none`. Thread-safe.
+    /// Returns the row with this hash for which `is_same(row)` is true, or `none`. Thread-safe.
     template <class IsSame>
     [[nodiscard]] std::uint32_t find(std::uint64_t hash, const IsSame& is_same) const {
         return slots_[slot_of(hash, is_same)];
@@ -439,7 +444,7 @@ class RowTable {
         return at;
     }
 
-    Buffer<std::uint32_t> slots_;  ///< power of two, at most half full
+    Buffer<std::uint32_t> slots_;
 };
 
 /// A column with few replaced values.
@@ -456,7 +461,7 @@ class Overlay {
         return other ? *other : base_[key];
     }
     void set(Key key, const T& value) { others_.at(key) = value; }
-    /// Ascending rows that were set; their values may equal the base.
+    /// Rows whose values were set, in ascending order. A set value may equal that of the base column.
     [[nodiscard]] std::vector<Key> set_rows() const { return others_.keys(); }
 
     [[nodiscard]] Column<T> column() const {

@@ -1,4 +1,4 @@
-// Elementary functions in double-double arithmetic, with the same bits on every machine.
+// Elementary functions in double-double arithmetic. Their results are bitwise equal on every machine.
 module;
 #include <array>
 #include <bit>
@@ -16,7 +16,7 @@ namespace {
 // Numbers of about 106 bits as sums of two doubles (Dekker 1971, Knuth). Fused operations are not used, because some
 // processors lack them.
 
-/// high + low, |low| at most about an ulp of high.
+/// The number high + low, where |low| is at most about one ulp of high.
 struct DoubleDouble {
     double high = 0;
     double low = 0;
@@ -24,18 +24,17 @@ struct DoubleDouble {
     [[nodiscard]] constexpr double rounded() const { return high + low; }
 };
 
-/// a + b exactly; |a| ≥ |b| or a = 0.
+/// Returns a + b exactly. Requires |a| ≥ |b| or a = 0.
 [[nodiscard]] constexpr DoubleDouble fast_two_sum(double a, double b) {
     const double s = a + b;
     return {s, b - (s - a)};
 }
-/// a + b exactly.
 [[nodiscard]] constexpr DoubleDouble two_sum(double a, double b) {
     const double s = a + b;
     const double t = s - a;
     return {s, (a - (s - t)) + (b - t)};
 }
-/// a b exactly, for |a|, |b| < 2^996, and |a b| > 2^−960 or a b = 0.
+/// Returns a b exactly. Requires |a|, |b| < 2^996, and |a b| > 2^−960 or a b = 0.
 [[nodiscard]] constexpr DoubleDouble two_product(double a, double b) {
     constexpr double splitter = 0x1p27 + 1;
     const double ta = splitter * a, tb = splitter * b;
@@ -68,7 +67,7 @@ struct DoubleDouble {
     return fast_two_sum(root, (((a.high - p.high) - p.low) + a.low) / (2 * root));
 }
 
-/// 2^n, −1022 ≤ n ≤ 1023.
+/// Returns 2^n for −1022 ≤ n ≤ 1023.
 [[nodiscard]] constexpr double power_of_two(std::int64_t n) {
     return std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023) << 52U);
 }
@@ -84,7 +83,7 @@ constexpr std::uint64_t upper_bits = ~((std::uint64_t{1} << 27U) - 1);  // mask 
 
 // ---------------------------------------------------------------- exponentials
 
-/// 2^(i/128).
+/// Returns the table of 2^(i/128) for i = 0 … 127.
 constexpr std::array<DoubleDouble, 128> make_powers() {
     const DoubleDouble t{ln2.high / 128, ln2.low / 128};
     DoubleDouble step{1, 0};
@@ -96,14 +95,14 @@ constexpr std::array<DoubleDouble, 128> make_powers() {
 }
 constexpr auto powers = make_powers();
 
-/// x = n ln 2 / 128 + high + low, |high| ≤ ln 2 / 256.
+/// Parts of an argument of exp: x = n ln 2 / 128 + high + low, with |high| ≤ ln 2 / 256.
 struct OfExponent {
     double high, low;
     std::int32_t n;
 };
 
 OfExponent reduced(DoubleDouble x) {
-    // ln 2 / 128 in two parts; multiples of the first are exact.
+    // ln 2 / 128 as the sum of two parts. The products of the first part with the used integers are exact.
     constexpr double step_high = 0x1.62e42fef80000p-8, step_low = 0x1.1cf79abc9e3b4p-43, to_integer = 0x1.8p52;
     const double shifted = x.high * 0x1.71547652b82fep+7 + to_integer;
     const double n = shifted - to_integer;
@@ -138,7 +137,7 @@ double half_exp(double x) {
     return exponential(r);
 }
 
-/// e^x for |x| < 600.
+/// Returns e^x for |x| < 600.
 DoubleDouble exp_of(double x) {
     const OfExponent r = reduced({x, 0});
     const DoubleDouble& power = powers[static_cast<std::size_t>(r.n & 127)];
@@ -147,7 +146,7 @@ DoubleDouble exp_of(double x) {
     const double rest = s.low + (linear.low + (power.low + (power.high * low + power.low * r.high)));
     return scaled(fast_two_sum(s.high, rest), power_of_two(r.n >> 7));
 }
-/// e^x − 1 for |x| < 600.
+/// Returns e^x − 1 for |x| < 600.
 DoubleDouble expm1_of(double x) {
     const OfExponent r = reduced({x, 0});
     if (r.n == 0) return fast_two_sum(r.high, r.low + beyond_linear(r.high));
@@ -156,7 +155,8 @@ DoubleDouble expm1_of(double x) {
 
 // ---------------------------------------------------------------- logarithms
 
-/// 1/c and ln c for c = 1 + j/128; from j = `halved` on, for half of this c. `high` has no bits below 2^−42.
+/// Table row of a centre c: 1/c, and ln c = high + low. c is 1 + j/128 for table index j < `halved`, and half of this
+/// for the other indices. `high` has no bits below 2^−42.
 struct OfCentre {
     double inverse, high, low;
 };
@@ -180,7 +180,7 @@ constexpr std::array<OfCentre, 128> make_centres() {
 }
 constexpr auto centres = make_centres();
 
-/// x = 2^times c (1 + r + rest), where c is the nearest centre.
+/// Parts of an argument of ln: x = 2^times c (1 + r + rest), where c is the nearest centre.
 struct NearCentre {
     const OfCentre& centre;
     double times, r, rest;
@@ -205,15 +205,15 @@ NearCentre near_centre(double x) {
     return {centre, static_cast<double>(n - below), r, (off - r * c) * centre.inverse};
 }
 
-/// (ln(1 + r) − r + r²/2) / r³.
+/// Returns (ln(1 + r) − r + r²/2) / r³.
 double beyond_quadratic(double r) {
     return 1.0 / 3 + r * (-0.25 + r * (0.2 + r * (-1.0 / 6 + r * (1.0 / 7 + r * (-0.125 + r * (1.0 / 9))))));
 }
 
-// ln 2 in two parts; multiples of the first are exact.
+// ln 2 as the sum of two parts. The products of the first part with the used integers are exact.
 constexpr double ln2_high = 0x1.62e42fefa3800p-1, ln2_low = 0x1.ef35793c76730p-45;
 
-/// ln x, x positive and finite; relative error at most 2^−68.
+/// Returns ln x for positive, finite x, with a relative error of at most 2^−68.
 DoubleDouble log_of(double x) {
     const auto [centre, times, r, rest] = near_centre(x);
     const double whole = r + rest;
@@ -224,14 +224,13 @@ DoubleDouble log_of(double x) {
 }
 DoubleDouble log_of(DoubleDouble x) { return log_of(x.high) + DoubleDouble{x.low / x.high, 0}; }
 
-/// ln of zero, negative, infinite and NaN arguments.
 double special_log(double x) {
     if (x == 0) return -infinity;
     return x > 0 ? x : not_a_number;  // +∞
 }
 bool has_log(double x) { return x > 0 && x < infinity; }
 
-/// x^y, x > 0, both finite.
+/// Returns x^y for x > 0 and finite x and y.
 double positive_pow(double x, double y) {
     const DoubleDouble ln = log_of(x);
     const double about = y * ln.high;
@@ -280,7 +279,8 @@ double expm1(double x) {
 
 double log(double x) {
     if (!has_log(x)) return special_log(x);
-    const auto [centre, times, r, rest] = near_centre(x);  // differs from log_of in the treatment of the square
+    const auto [centre, times, r, rest] = near_centre(x);  // unlike log_of, evaluates the terms after r in plain
+                                                           // doubles
     const double whole = r + rest, square = whole * whole;
     const DoubleDouble linear = fast_two_sum(times * ln2_high + centre.high, r);
     const double low = rest + square * (-0.5 + whole * beyond_quadratic(whole));
@@ -390,7 +390,7 @@ namespace {
 
 // ---------------------------------------------------------------- arguments reduced by multiples of π/2
 
-/// x − n π/2 within ±π/4, and n modulo 4.
+/// An argument x reduced to the angle x − n π/2 within ±π/4, and n modulo 4.
 struct InQuadrant {
     DoubleDouble rest;
     unsigned n = 0;
@@ -411,7 +411,7 @@ InQuadrant reduced_by_parts(double x) {
 
 __extension__ typedef unsigned __int128 Product;
 
-/// 2/π after 64 zero bits.
+/// Binary digits of 2/π, preceded by 64 zero bits.
 constexpr std::array<std::uint64_t, 20> two_over_pi{
     0x0000000000000000, 0xa2f9836e4e441529, 0xfc2757d1f534ddc0, 0xdb6295993c439041, 0xfe5163abdebbc561,
     0xb7246e3a424dd2e0, 0x06492eea09d1921c, 0xfe1deb1cb129a73e, 0xe88235f52ebb4484, 0xe99c7026b45f7e41,
@@ -435,7 +435,7 @@ InQuadrant reduced_by_digits(double x) {
     std::uint64_t top = mantissa * word(0) + static_cast<std::uint64_t>(middle >> 64U);
     auto n = static_cast<unsigned>(top >> 62U);
     const auto upper = static_cast<std::uint64_t>(middle), lower = static_cast<std::uint64_t>(last);
-    // The fraction as a signed number of at most 1/2 in magnitude.
+    // Makes the fraction a signed number of at most 1/2 in magnitude.
     top <<= 2U;
     top |= upper >> 62U;
     n += static_cast<unsigned>(top >> 63U);
@@ -529,7 +529,7 @@ constexpr std::array<DoubleDouble, 65> make_arcs() {
 }
 constexpr auto arcs = make_arcs();
 
-/// Angle of the vector (x, y), for 0 ≤ y ≤ x.
+/// Returns the angle between the x axis and the vector (x, y), for 0 ≤ y ≤ x.
 DoubleDouble angle_below_diagonal(DoubleDouble y, DoubleDouble x) {
     const double about = y.high / x.high;
     DoubleDouble t, arc;
@@ -548,7 +548,7 @@ DoubleDouble angle_below_diagonal(DoubleDouble y, DoubleDouble x) {
     return fast_two_sum(sum.high, sum.low + (arc.low + (t.low + series)));
 }
 
-/// Angle of the vector (x, y), for y ≥ 0.
+/// Returns the angle between the x axis and the vector (x, y), for y ≥ 0.
 DoubleDouble angle_above(DoubleDouble y, DoubleDouble x) {
     const bool left = x.high < 0;
     if (left) x = -x;
@@ -560,7 +560,6 @@ DoubleDouble angle_above(DoubleDouble y, DoubleDouble x) {
     return left ? pi_half + angle : pi_half - angle;
 }
 
-/// √(1 − x²), |x| ≤ 1.
 DoubleDouble other_leg(double x) { return square_root(DoubleDouble{1, 0} - two_product(x, x)); }
 
 }  // namespace

@@ -154,14 +154,13 @@ Error out_of_resources() {
 
 namespace {
 
-/// Progress reports of one loop, from one thread at a time, ascending. The last report is the total.
 class Ticker {
   public:
     Ticker(const Execution& execution, std::size_t total) : execution_(execution), total_(total) {}
     void add(std::size_t items) {
         done_.fetch_add(items);
         if (!execution_.progress) return;
-        // A report is dropped if another one is running, unless it is the last.
+        // A progress report is dropped while another one is running, unless it is the final report.
         std::unique_lock lock(mutex_, std::try_to_lock);
         if (!lock && done_.load() == total_) lock.lock();
         if (!lock) return;

@@ -19,13 +19,15 @@ import :outcome;
 
 export namespace camber {
 
-/// Threads, stop request and progress of a stage. Results of computations do not depend on it.
+/// Number of threads, stop request and progress callback of a stage. The results of computations do not depend on these
+/// settings.
 struct Execution {
     /// 0: all hardware threads
     int threads = 0;
     /// Polled between chunks. A stop request leads to ErrorKind::stopped.
     std::stop_token stop = {};
-    /// Called from one thread at a time, with items of a loop, or with fractions of several loops (`part_of`).
+    /// Called from one thread at a time. The arguments count items of a loop or, for several loops (`part_of`),
+    /// fractions of the work.
     std::function<void(std::size_t done, std::size_t total)> progress = {};
 };
 
@@ -40,8 +42,8 @@ inline void report_progress(const Execution& execution, std::size_t done, std::s
 
 inline constexpr std::size_t progress_resolution = 1'000'000'000;
 
-/// Execution of one of several loops of `whole`, whose progress goes from the fraction `from` to `to`. Calls may be
-/// nested.
+/// Returns the execution for one of several loops of `whole`. This loop reports progress between the fractions `from`
+/// and `to` of the whole. Calls may be nested.
 [[nodiscard]] inline Execution part_of(Execution whole, double from, double to) {
     if (whole.progress)
         whole.progress = [report_whole = std::move(whole.progress), from, to](std::size_t done, std::size_t total) {
@@ -78,7 +80,6 @@ std::invoke_result_t<F, const Execution&> run_step(const StepWrapper& around, st
 }  // namespace camber
 
 namespace camber {
-/// Runs body(context, begin, end) over [0, n) in parallel chunks. Errors: stopped; memory, in any thread.
 Outcome<Done> run_chunks(const Execution& execution, std::size_t n, std::size_t grain, void* context,
                          void (*body)(void*, std::size_t, std::size_t));
 }  // namespace camber
@@ -127,7 +128,7 @@ template <class F>
 }
 
 /// Parallel reduction with the same bits for any number of threads. Each chunk starts from `init` and calls
-/// accumulate(value, i); join(left, right) joins chunks in order.
+/// accumulate(value, i) for its indices i. join(left, right) then combines the values of the chunks in order.
 template <class T, class Accumulate, class Join>
 [[nodiscard]] Outcome<T> reduce_each(const Execution& execution, std::size_t n, T init, Accumulate&& accumulate,
                                      Join&& join, std::size_t grain = 4096) {
@@ -155,13 +156,13 @@ template <class T, class Accumulate, class Join>
 /// Elements that a work item reads and writes. None: they are unknown in advance, so the item runs alone.
 using Claim = std::optional<std::span<const ElementId>>;
 
-/// Selects items that can run concurrently. It has a row for each element, and serves many rounds (batches of
+/// Selects items that can run concurrently. An object has a row for each element, and serves many rounds (batches of
 /// concurrent items).
 class Schedule {
   public:
     explicit Schedule(std::size_t elements) : first_(elements, unclaimed) {}
 
-    /// Returns, ascending, the items that precede all others with one of their elements; not empty for n > 0.
+    /// Returns, in ascending order, the items that share no element with an earlier item; not empty for n > 0.
     /// `claim(i)`: elements of item i. Errors: stopped, memory.
     template <class ElementsOf>
     [[nodiscard]] Outcome<std::vector<std::size_t>> disjoint(std::size_t n, ElementsOf&& claim,
@@ -199,8 +200,8 @@ class Schedule {
     std::vector<std::uint32_t> first_;
 };
 
-/// Pseudo-random, unique rank of an id (after Luby). In the order of ranks, most items precede all items that they
-/// overlap.
+/// Returns a pseudo-random, unique rank of an id (after Luby). If items are processed in the order of ranks, most of
+/// them precede all items that they overlap.
 template <class Tag>
 [[nodiscard]] constexpr std::uint64_t spread_rank(Id<Tag> id) {
     return mixed_bits((id.index() + 1) * 0x9e3779b97f4a7c15ULL);
@@ -209,9 +210,8 @@ template <class Tag>
 /// Maximum number of items examined for a batch.
 inline constexpr std::size_t round_window = 8192;
 
-/// Processes items in rounds (batches of concurrent items). `round(items)` processes a batch in order; false ends the
-/// loop. Items that are `needless` when examined are skipped. `claim(item)` must not change while the item waits.
-/// Errors: those of `round`, stopped.
+/// Processes items in rounds. `round(items)` processes a batch in order; false ends the loop. Items that are `needless`
+/// when examined are skipped. `claim(item)` must not change while the item waits. Errors: those of `round`, stopped.
 template <class Item, class Needless, class ClaimOf, class Round>
 [[nodiscard]] Outcome<Done> run_in_rounds(Schedule& schedule, std::vector<Item> items, const Execution& execution,
                                           Needless&& needless, ClaimOf&& claim, Round&& round) {
@@ -219,7 +219,7 @@ template <class Item, class Needless, class ClaimOf, class Round>
     const std::size_t all = items.size();
     std::vector<Item> front, now;
     for (std::size_t begin = 0; true;) {
-        // Takes the first items, up to one that must run alone.
+        // Takes items from the start of the list until one must run alone.
         front.clear();
         std::size_t end = begin;
         bool alone = false;

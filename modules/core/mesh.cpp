@@ -118,7 +118,7 @@ namespace {
 
 // Unique edges and faces: edges or faces of cells with the same vertices become one entity.
 
-/// An edge or face of a cell without its lowest vertex, and its slot among those of all cells.
+/// An edge or face of a cell: its vertices without the lowest one, and its slot among the edges or faces of all cells.
 template <std::size_t N>
 struct Listed {
     std::array<VertexId, N - 1> others;
@@ -140,8 +140,7 @@ struct UniqueEntities {
     Buffer<std::uint32_t> ids;
 };
 
-/// Finds the unique entities. `visit(f)` must call f(slot, vertices) for each slot in parallel, with the lowest vertex
-/// first.
+/// `visit(f)` must call f(slot, vertices) for each slot in parallel, with the lowest vertex first.
 template <std::size_t N, class Visit>
 Outcome<UniqueEntities<N>> unique_entities(std::size_t slots, std::size_t points, Visit&& visit,
                                            const Execution& execution) {

@@ -89,15 +89,15 @@ struct FacesOfCells {
     friend bool operator==(const FacesOfCells&, const FacesOfCells&) = default;
 };
 
-/// Unique edges and faces with inner nodes. Inner nodes are numbered from the first corner. On an edge they go to the
-/// second corner. On a triangle they go first towards the second corner, then towards the third; on a quadrilateral,
-/// towards the second, then the fourth. Elements derive orientations from their vertices.
+/// Unique edges and faces with inner nodes. The inner nodes are numbered from the first corner: on an edge, towards the
+/// second corner; on a triangle, first towards the second corner, then towards the third; on a quadrilateral, first
+/// towards the second corner, then towards the fourth.
 template <int D>
 struct MeshEntities {
     Column<std::array<VertexId, 2>> edges;           ///< from degree 2 on; lower vertex first; sorted rows
     Column<std::array<VertexId, 3>> triangles;       ///< 3D, from degree 3 on; ascending vertices; sorted rows
-    Column<std::array<VertexId, 4>> quadrilaterals;  ///< 3D, from degree 2 on; in cyclic order from the lowest vertex
-                                                     ///< towards its lower neighbour; sorted rows
+    Column<std::array<VertexId, 4>> quadrilaterals;  ///< 3D, from degree 2 on; each from its lowest vertex, then its
+                                                     ///< lower neighbour in the cycle; sorted rows
     ByShape<D, EdgesOfCells> edges_of_elements;
     ByShape<D - 1, EdgesOfCells> edges_of_facets;
     Column<EdgeId> edges_of_edges;
@@ -107,13 +107,11 @@ struct MeshEntities {
     friend bool operator==(const MeshEntities&, const MeshEntities&) = default;
 };
 
-/// A mesh of one degree from 1 to 5 with elements of any shapes of dimension D: an immutable value of columns. Nodes
-/// are points on the geometry, equispaced in the reference element. Each node is stored once, with the vertex, edge,
-/// face or element that has it in its interior, so that elements share nodes. The nodes of an element follow from its
+/// A mesh of one degree from 1 to 5 with elements of any shapes of dimension D, stored in immutable columns. Nodes are
+/// points on the geometry, equispaced in the reference element. Each node is stored once, with the vertex, edge, face
+/// or element that has it in its interior, so that elements share nodes. The nodes of an element follow from its
 /// vertices and the ids of its edges and faces. Elements are numbered shape by shape. camber.soundness checks that
 /// adjacent faces match.
-///
-/// Edge nodes have the type of `QuadraticMesh::mid_nodes`, so that the column can be shared.
 template <int D>
 struct Mesh {
     static constexpr int dimension = D;
@@ -144,7 +142,6 @@ template <int D>
     return count;
 }
 
-/// See the overload for LinearMesh.
 template <int D>
 [[nodiscard]] bool is_standalone_surface(const Mesh<D>& mesh) {
     std::size_t facets = 0;
@@ -216,7 +213,7 @@ template <int D, class F>
     return mesh;
 }
 
-/// Nodes of an element, in the order of `lagrange_nodes`.
+/// Positions of the nodes of an element, in the order of `lagrange_nodes`.
 template <Shape shape, int degree, int D>
 struct Element {
     std::array<Vec<D>, element_nodes<shape, degree>> nodes;
@@ -227,8 +224,9 @@ struct Element {
 
 namespace camber {
 
-/// Orientation of an element's face relative to the unique face. Triangle: three bits, for v0 < v1, v0 < v2 and v1 <
-/// v2. Quadrilateral: twice the position of the lowest vertex, plus 1 if the next vertex is its lower neighbour.
+/// Returns a number for the orientation of an element's face relative to the unique face. Triangle: three bits, for v0
+/// < v1, v0 < v2 and v1 < v2. Quadrilateral: twice the position of the lowest vertex, plus 1 if the next vertex is
+/// lower than the previous one.
 [[nodiscard]] constexpr int orientation_of(const std::array<VertexId, 3>& v) {
     return (v[0] < v[1] ? 1 : 0) + (v[0] < v[2] ? 2 : 0) + (v[1] < v[2] ? 4 : 0);
 }
@@ -254,7 +252,7 @@ namespace camber {
     return at;
 }
 
-/// For each inner node of an element's face, in order: its position among the inner nodes of the unique face.
+/// Gives, for each inner node of an element's face, its position among the inner nodes of the unique face.
 template <Shape shape, int degree>
 inline constexpr auto nodes_by_orientation = [] {
     constexpr int count = inner_node_count(shape, degree);

@@ -20,10 +20,10 @@ export module camber.core:outcome;
 
 export namespace camber {
 
-/// Maximum bytes of input text in messages.
+/// Maximum number of bytes that a message quotes from the input.
 constexpr std::size_t longest_quote = 80;
 
-/// A text of at most `longest` bytes: its beginning, "…" and its end. UTF-8 characters are not split.
+/// Returns a text of at most `longest` bytes: its beginning, "…" and its end. UTF-8 characters are not split.
 [[nodiscard]] std::string shortened(std::string_view text, std::size_t longest = longest_quote);
 
 /// Shortened text in quotation marks, with "?" for control characters.
@@ -39,14 +39,13 @@ enum class ErrorKind {
     internal,     ///< internal error: exit code 4
 };
 
-/// A mesh entity, with its file number from 1: `tetrahedron 1234`.
+/// A mesh entity with its number in the file, from 1. Example: `tetrahedron 1234`.
 struct Entity {
     std::string kind;
     std::uint64_t number = 0;
 };
 
-/// `what`: a sentence without a full stop; `where`: file with line or byte, or JSON path; `remedy`: advice. The
-/// constructors are not inline, because each function that returns an Outcome contains several calls.
+/// `what`: a sentence without a full stop; `where`: file with line or byte, or JSON path; `remedy`: advice.
 struct Error {
     ErrorKind kind = ErrorKind::internal;
     std::string what;
@@ -89,14 +88,14 @@ struct Limits {
     [[nodiscard]] constexpr bool permit(double x) const {
         return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
     }
-    /// Range as in "at least 0 and below 1"; empty without limits.
+    /// Returns the range as in "at least 0 and below 1", or an empty text without limits.
     [[nodiscard]] std::string text() const;
-    /// Range as in "[0, 1)" or "(0, inf)".
+    /// Returns the range as in "[0, 1)" or "(0, inf)".
     [[nodiscard]] std::string interval() const;
 };
 
-/// A member of S or its base as an option: config name, sentence without a full stop, unit in words (may be empty),
-/// limits. Texts have static lifetime.
+/// An option: a member of S or of its base class. It has a name in the configuration, a description (a sentence without
+/// a full stop), a unit in words (may be empty) and limits. Texts have static lifetime.
 template <class S, class T>
 struct Option {
     using Value = T;
@@ -173,7 +172,7 @@ template <HasOptions S, class T>
     return found;
 }
 
-/// Text as in "must be at least 0 and below 1, got 2".
+/// Returns a message as in "must be at least 0 and below 1, got 2".
 [[nodiscard]] std::string out_of_limits(const Limits& limits, std::string_view got);
 
 /// Errors (usage): the value is not finite or not within the limits.
@@ -246,7 +245,8 @@ template <HasWords E>
     return all;
 }
 
-/// Error of a failed allocation. For an array in a file, it has the kind `write` and the system's reason.
+/// Returns the error of a failed allocation. For an array in a file, the error has the kind `write` and the system's
+/// reason.
 [[nodiscard]] Error out_of_memory(const std::bad_alloc& failure);
 
 /// Returns the current exception as an error if memory or a thread is not available; rethrows other exceptions.

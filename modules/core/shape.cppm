@@ -11,7 +11,7 @@ export namespace camber {
 
 enum class Shape : std::uint8_t { line, triangle, quadrilateral, tetrahedron, prism, pyramid, hexahedron };
 
-/// Corners are counter-clockwise seen from outside.
+/// A face of a shape. Its corners are counter-clockwise seen from outside.
 struct ShapeFace {
     Shape shape = Shape::triangle;
     std::array<int, 4> corners{};
@@ -29,7 +29,7 @@ struct ShapeTable {
 
 namespace camber {
 
-/// Makes a table from words of digits: coordinates of corners, and corners of edges and faces.
+/// Makes a table from texts of digits: the coordinates of each corner, and the corners of each edge and face.
 constexpr ShapeTable table_from(int dimension, std::string_view corners, std::string_view edges,
                                 std::string_view faces) {
     const auto each_word = [](std::string_view words, auto read) {
@@ -58,9 +58,9 @@ constexpr ShapeTable table_from(int dimension, std::string_view corners, std::st
 
 export namespace camber {
 
-/// The tables of simplices have the order of `SimplexVertices` and `local_edges`. Other solids have a bottom,
-/// counter-clockwise seen from above, and a top. The apex of the reference pyramid is above corner 0; a shear moves it
-/// to any position.
+/// The tables of simplices have the order of `SimplexVertices` and `local_edges`. Other solids have a bottom face,
+/// whose corners are counter-clockwise seen from above, and a top. The apex of the reference pyramid is above corner 0.
+/// A shear moves the apex to any position.
 template <Shape shape>
 inline constexpr ShapeTable shape_table = [] {
     switch (shape) {

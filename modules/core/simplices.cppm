@@ -31,7 +31,8 @@ inline constexpr auto local_edges = [] {
     return edges;
 }();
 
-/// Face opposite local vertex i. Its normal is outward for elements of positive orientation (K = 2: counter-clockwise).
+/// Vertices of the face opposite local vertex i. Its normal is outward for elements of positive orientation (K = 2:
+/// counter-clockwise).
 template <int K>
 [[nodiscard]] constexpr std::array<int, K> face_opposite(int i) {
     if constexpr (K == 2) {
@@ -55,7 +56,7 @@ struct Simplices {
     friend bool operator==(const Simplices&, const Simplices&) = default;
 };
 
-/// `row` is an index into the table of directions.
+/// A vertex, and the index `row` of one of its directions in the table.
 struct DirectionRow {
     VertexId vertex;
     std::uint32_t row = 0;
@@ -76,16 +77,16 @@ template <int G, class Item = VertexId>
 struct Association {
     Item item;
     Reference entity = 0;  ///< numbered by the mesh generator within dimension G
-    /// Parameters of the item: t on a curve, (u, v) on a surface. None: unknown, or a point.
+    /// Parameters of the item: t on a curve, (u, v) on a surface. None if they are unknown or the entity is a point.
     std::optional<std::array<double, G>> parameters = {};
-    std::optional<double> distance = {};  ///< from the item to the position with these parameters (model units); none:
-                                          ///< unknown
+    std::optional<double> distance = {};  ///< distance between the item and the position with these parameters (model
+                                          ///< units); none: unknown
     friend bool operator==(const Association&, const Association&) = default;
 };
 
 /// Geometry data of the mesh file, preserved from input to output. `camber.surface` uses normals and tangents if they
-/// agree with the mesh. Associations are for callers with the geometry. An item may have several: a vertex on a curve
-/// also has positions on adjacent surfaces.
+/// agree with the mesh. An item may have several associations: a vertex on a curve also has positions on adjacent
+/// surfaces.
 template <int D>
 struct InputGeometry {
     DirectionsAtVertices<D> normals;   ///< normals of the surface (2D: boundary)
@@ -96,8 +97,8 @@ struct InputGeometry {
     friend bool operator==(const InputGeometry&, const InputGeometry&) = default;
 };
 
-/// Name of a dimension and reference: physical group of Gmsh, boundary condition or solver marker. If simplices are in
-/// several groups, a reference has several names.
+/// Name of the entities with a given dimension and reference: physical group of Gmsh, boundary condition or solver
+/// marker. If simplices are in several groups, a reference has several names.
 struct Group {
     int dimension = 0;
     Reference reference = 0;
@@ -105,7 +106,7 @@ struct Group {
     friend bool operator==(const Group&, const Group&) = default;
 };
 
-/// A straight mesh of D-simplices: an immutable value of columns. The elements of a sound mesh have positive volume.
+/// A straight mesh of D-simplices, stored in immutable columns. The elements of a sound mesh have positive volume.
 /// `facets`: boundary and interfaces (triangles in 3D, edges in 2D); `edges`: feature edges in 3D, empty in 2D.
 template <int D>
 struct LinearMesh {
@@ -254,7 +255,7 @@ template <int D>
     return marks;
 }
 
-/// `keep`: all required edges are fixed; `geometry`: only those in the volume.
+/// Required boundary edges that are fixed. `keep`: all required edges are fixed; `geometry`: only those in the volume.
 enum class RequiredBoundary : std::uint8_t { keep, geometry };
 [[nodiscard]] constexpr auto words(RequiredBoundary) {
     return words_of(Word{RequiredBoundary::keep, "keep"}, Word{RequiredBoundary::geometry, "geometry"});
@@ -296,12 +297,12 @@ template <int D>
 // three lengths with their rounding errors, and squares of metric entries. Below 1e-77 and above 1e77 such values lose
 // precision.
 
-/// Minimum size of elements and facets in at least one coordinate, and of metric sizes.
+/// Minimum metric size. Elements and facets must also have at least this extent along one coordinate axis.
 inline constexpr double min_length = 1e-60;
 /// Maximum magnitude of coordinates and metric sizes.
 inline constexpr double max_length = 1e60;
 
-/// Items at each key (vertex, edge …), in ascending order, as compressed rows.
+/// Compressed rows: for each key (vertex, edge …), the items at it, in ascending order.
 template <class Item>
 struct Incidence {
     Column<std::uint32_t> offsets;  ///< number of keys + 1
@@ -336,11 +337,11 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Incidence<FacetId>> facet_balls(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Feature edges at each vertex, as indices into LinearMesh::edges.
+/// Returns the feature edges at each vertex, as indices into LinearMesh::edges.
 template <int D>
 [[nodiscard]] Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// A face of an element without its lowest vertex; `others` are its other vertices, ascending.
+/// A face of an element, stored without its lowest vertex. `others` are its other vertices in ascending order.
 template <int D>
 struct FaceAround {
     std::array<VertexId, D - 1> others;
@@ -373,22 +374,22 @@ template <int D>
 [[nodiscard]] Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                 const Execution& execution);
 
-/// Faces without a neighbour, sorted by element.
+/// Returns the faces without a neighbour, sorted by element.
 template <int D>
 [[nodiscard]] Buffer<ElementFace> boundary_faces(const Neighbours<D>& neighbours);
 
-/// Unique edges of elements, facets and feature edges, also for a surface mesh.
+/// Returns the unique edges of elements, facets and feature edges, also for a surface mesh.
 template <int D>
 [[nodiscard]] Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Elements around each edge.
+/// Returns the elements around each edge.
 template <int D>
 [[nodiscard]] Outcome<Incidence<ElementId>> shells(const EdgeSet<D>& edges, const Execution& execution);
 
 template <int D>
 [[nodiscard]] Outcome<Incidence<FacetId>> facet_shells(const EdgeSet<D>& edges, const Execution& execution);
 
-/// Edge between a and b, or an invalid id, by binary search.
+/// Returns the edge between a and b, or an invalid id. Uses binary search.
 template <int D>
 [[nodiscard]] EdgeId find_edge(const EdgeSet<D>& edges, VertexId a, VertexId b);
 

@@ -82,7 +82,7 @@ template <int D>
 [[nodiscard]] inline double distance(const Vec<D>& a, const Vec<D>& b) {
     return norm(a - b);
 }
-/// a / |a|; zero for the zero vector.
+/// Returns a / |a|, or zero for the zero vector.
 template <int D>
 [[nodiscard]] inline Vec<D> normalised(const Vec<D>& a) {
     const double n = norm(a);
@@ -103,13 +103,13 @@ template <int D>
 [[nodiscard]] constexpr Vec<3> cross(const Vec<3>& a, const Vec<3>& b) {
     return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
-/// a_x b_y − a_y b_x: twice the signed area of (0, a, b).
+/// Returns a_x b_y − a_y b_x: twice the signed area of the triangle (0, a, b).
 [[nodiscard]] constexpr double cross(const Vec<2>& a, const Vec<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
 
 [[nodiscard]] constexpr double det(const Vec<2>& a, const Vec<2>& b) { return cross(a, b); }
 [[nodiscard]] constexpr double det(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c) { return dot(a, cross(b, c)); }
 
-/// Axis-aligned box; initially empty.
+/// Axis-aligned box. A new box is empty.
 template <int D>
 struct Box {
     Vec<D> low, high;
@@ -156,7 +156,7 @@ struct Box {
 template <int D>
 inline constexpr int sym_size = D * (D + 1) / 2;
 
-/// Symmetric matrix by the rows of its lower triangle: xx, xy, yy, xz, yz, zz (order of GMF solutions).
+/// Symmetric matrix, stored as the rows of its lower triangle: xx, xy, yy, xz, yz, zz (order of GMF solutions).
 template <int D>
 struct Sym {
     std::array<double, sym_size<D>> c{};
@@ -283,7 +283,8 @@ template <int D>
     else
         return det(a.column[0], a.column[1], a.column[2]);
 }
-/// Rows of a⁻¹ times det a (cross products of the columns); also for singular matrices.
+/// Returns the rows of a⁻¹ times det a, computed as cross products of the columns of a. Also defined for singular
+/// matrices.
 template <int D>
 [[nodiscard]] constexpr std::array<Vec<D>, D> cofactors(const Mat<D>& a) {
     if constexpr (D == 2)
@@ -318,7 +319,8 @@ template <int D>
 template <int D>
 inline constexpr int cubic_size = D * (D + 1) * (D + 2) / 6;
 
-/// Symmetric third-order tensor. Entries i ≥ j ≥ k, last fastest: xxx, yxx, yyx, yyy, zxx, zyx, zyy, zzx, zzy, zzz.
+/// Symmetric third-order tensor. The entries have indices i ≥ j ≥ k, the last index fastest: xxx, yxx, yyx, yyy, zxx,
+/// zyx, zyy, zzx, zzy, zzz.
 template <int D>
 struct CubicForm {
     std::array<double, cubic_size<D>> c{};
@@ -352,7 +354,7 @@ template <int D>
     return a *= s;
 }
 
-/// T[v, ·, ·].
+/// Returns the matrix T[v, ·, ·], with the entries Σ_i T_ijk v_i.
 template <int D>
 [[nodiscard]] constexpr Sym<D> contracted(const CubicForm<D>& t, const Vec<D>& v) {
     Sym<D> s;
@@ -366,7 +368,7 @@ template <int D>
 [[nodiscard]] constexpr double trilinear(const CubicForm<D>& t, const Vec<D>& a, const Vec<D>& b, const Vec<D>& c) {
     return dot(a, contracted(t, c) * b);
 }
-/// T[A·, A·, A·]: the cubic form in coordinates y, where x = A y.
+/// Returns the form T[A·, A·, A·], which is T in coordinates y with x = A y.
 template <int D>
 [[nodiscard]] constexpr CubicForm<D> pulled_back(const CubicForm<D>& t, const Mat<D>& a) {
     CubicForm<D> r;
@@ -399,10 +401,10 @@ template <int D>
 [[nodiscard]] double log2(double x);
 [[nodiscard]] double log10(double x);
 [[nodiscard]] double log1p(double x);
-/// x^y; for y = 2, x·x correctly rounded.
+/// Returns x^y. For y = 2, the result is x·x, correctly rounded.
 [[nodiscard]] double pow(double x, double y);
 [[nodiscard]] double cbrt(double x);
-/// √(x² + y²) without intermediate overflow.
+/// Returns √(x² + y²) without intermediate overflow.
 [[nodiscard]] double hypot(double x, double y);
 
 [[nodiscard]] double sinh(double x);
@@ -418,7 +420,6 @@ template <int D>
 [[nodiscard]] double asin(double x);
 [[nodiscard]] double acos(double x);
 [[nodiscard]] double atan(double x);
-/// Angle of the vector (x, y), within ±π.
 [[nodiscard]] double atan2(double y, double x);
 
 // Kernels over packs of eight numbers. A kernel uses only IEEE operations, selection by lane and the functions below,
@@ -435,12 +436,11 @@ using Pack = double __attribute__((ext_vector_type(8)));
 using Mask = std::int64_t __attribute__((ext_vector_type(8)));
 
 [[nodiscard, gnu::always_inline]] inline Pack packed(double x) { return Pack(x); }
-/// Returns a where `mask` is true, else b.
 [[nodiscard, gnu::always_inline]] inline Pack select(Mask mask, Pack a, Pack b) { return mask ? a : b; }
 [[nodiscard, gnu::always_inline]] inline Pack abs(Pack x) { return __builtin_elementwise_abs(x); }
 [[nodiscard, gnu::always_inline]] inline Pack sqrt(Pack x) { return __builtin_elementwise_sqrt(x); }
 [[nodiscard, gnu::always_inline]] inline Pack copysign(Pack x, Pack y) { return __builtin_elementwise_copysign(x, y); }
-/// Minimum; b where a is NaN.
+/// Returns the minimum in each lane, and b in lanes where a is NaN.
 [[nodiscard, gnu::always_inline]] inline Pack min(Pack a, Pack b) { return a < b ? a : b; }
 [[nodiscard, gnu::always_inline]] inline Pack max(Pack a, Pack b) { return a > b ? a : b; }
 [[nodiscard, gnu::always_inline]] inline bool any(Mask mask) { return __builtin_reduce_or(mask) != 0; }
@@ -448,10 +448,10 @@ using Mask = std::int64_t __attribute__((ext_vector_type(8)));
 [[nodiscard, gnu::always_inline]] inline Mask bits_of(Pack x) { return __builtin_bit_cast(Mask, x); }
 [[nodiscard, gnu::always_inline]] inline Pack of_bits(Mask bits) { return __builtin_bit_cast(Pack, bits); }
 
-/// e^x within 1.5 ulp. x is limited to ±708, so that finite arguments give no infinities or subnormals.
+/// Returns e^x within 1.5 ulp. x is limited to ±708, so that finite arguments give no infinities or subnormals.
 [[nodiscard, gnu::always_inline]] inline Pack exp(Pack x) {
     constexpr double log2e = 0x1.71547652b82fep+0;
-    // ln 2 in two parts; multiples of the first are exact (Cody and Waite).
+    // ln 2 as the sum of two parts. The products of the first part with the used integers are exact (Cody and Waite).
     constexpr double ln2_high = 0x1.62e42fee00000p-1;
     constexpr double ln2_low = 0x1.a39ef35793c76p-33;
     constexpr double to_integer = 0x1.8p52;  // x + to_integer − to_integer rounds x
@@ -478,7 +478,7 @@ using Mask = std::int64_t __attribute__((ext_vector_type(8)));
     return of_bits(bits_of(e) + (bits_of(shifted) << 52));
 }
 
-/// ln x within 2 ulp for normal x > 0; NaN for x ≤ 0 and NaN.
+/// Returns ln x within 2 ulp for normal x > 0, and NaN for x ≤ 0 and NaN.
 [[nodiscard, gnu::always_inline]] inline Pack log(Pack x) {
     constexpr double ln2_high = 0x1.62e42fee00000p-1;
     constexpr double ln2_low = 0x1.a39ef35793c76p-33;

@@ -15,7 +15,6 @@ namespace camber {
 
 namespace {
 
-/// Inverts `rows` (item → keys) by counting sort. The items of each key are ascending.
 template <class Item, class Key, std::size_t N>
 Outcome<Incidence<Item>> inverted(const Column<std::array<Key, N>>& rows, std::size_t keys,
                                   const Execution& execution) {
@@ -101,7 +100,6 @@ void higher_neighbours(const LinearMesh<D>& mesh, const Around<D>& around, Verte
 template <int D>
 using ElementEdges = Buffer<std::array<EdgeId, edges_per_simplex<D>>>;
 
-/// For element edges whose lower end is v, stores the index of the higher end in `higher`.
 template <int D>
 void rank_edges(const LinearMesh<D>& mesh, const Around<D>& around, VertexId v, const std::vector<VertexId>& higher,
                 ElementEdges<D>& ranks) {
@@ -164,7 +162,8 @@ void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, 
     faces.clear();
     for (const ElementId e : balls[v]) {
         const auto& corners = mesh.elements.vertices[e];
-        // The face opposite a corner is collected for v if it contains v once and all its other vertices are higher.
+        // The face opposite a corner is collected for v if v occurs once among its vertices and all its other vertices
+        // are higher than v.
         int own = 0, higher = 0;
         for (const VertexId corner : corners) {
             own += corner == v;
@@ -183,7 +182,7 @@ void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, 
             faces.push_back(face);
         }
     }
-    // Both other vertices form one number, because comparison of arrays doubles the total time.
+    // The two other vertices are combined into one number, because comparing arrays would double the total time.
     const auto key = [](const FaceAround<D>& face) {
         if constexpr (D == 2)
             return face.others[0].value;

@@ -256,7 +256,6 @@ struct Normal {
 }
 [[nodiscard]] inline bool are_equal_signs(int a, int b) { return a != 0 && a == b; }
 
-/// Vertices of two facets, with shared vertices first.
 template <int D>
 struct SharedFirst {
     std::array<Vec<D>, D> first, second;

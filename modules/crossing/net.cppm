@@ -423,7 +423,6 @@ struct SheetSlopes {
 
 [[nodiscard]] inline Vec<3> mean(const std::array<Vec<3>, 3>& v) { return (v[0] + v[1] + v[2]) / 3.0; }
 
-/// Returns v without its component along the unit vector n; returns v if n is 0.
 [[nodiscard]] inline Vec<3> perpendicular_part(const Vec<3>& n, const Vec<3>& v) { return v - dot(n, v) * n; }
 
 /// Weighted rows of the matrix A.

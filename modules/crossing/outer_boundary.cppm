@@ -69,7 +69,6 @@ template <std::size_t N, class Item>
     return of_first == of_second ? Contact::inside : Contact::opposite;
 }
 
-/// A point of a facet, and a normal of any length there.
 template <int D>
 struct PointOnFacet {
     Vec<D> point, normal;
@@ -111,7 +110,6 @@ inline constexpr std::array witness_distances{0x1p-7, 0x1p-13, 0x1p-19};
 /// Maximum number of facets that are tried for each boundary part.
 inline constexpr std::size_t max_trials = 4;
 
-/// A point at the inner side of a facet, and the number of elements that contain it.
 template <int D>
 struct Witness {
     int covers = 0;  ///< 0: undecided
@@ -146,7 +144,6 @@ class OuterBoundary {
         }
     }
 
-    /// Records facet pairs with contacts. `rows` has the boundary row of each mesh facet, or no_boundary_row.
     void mark(const Crossings& crossings, std::span<const std::uint32_t> rows) {
         for (const FacetCrossing& pair : crossings.found) {
             const std::uint32_t f = rows[pair.first.index()], g = rows[pair.second.index()];

@@ -122,7 +122,6 @@ class Elements {
         tree_ = BoxTree<D>(std::span<const Box<D>>(boxes));
     }
 
-    /// Elements that certainly contain p, ascending.
     [[nodiscard]] std::vector<ElementId> containing(const Vec<D>& p) const {
         std::vector<ElementId> found;
         tree_.containing(p, [&](std::size_t e) {

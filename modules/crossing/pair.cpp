@@ -135,7 +135,6 @@ std::optional<std::array<Simplex<D>, 2>> simplices(const NodalFacet<D>& first, c
     return out;
 }
 
-/// Twice the signed area in the plane of axes x and y.
 template <int D>
 Integer area(const Point<D>& p, const Point<D>& q, const Point<D>& r, int x, int y) {
     return (q[x] - p[x]) * (r[y] - p[y]) - (q[y] - p[y]) * (r[x] - p[x]);
@@ -211,7 +210,6 @@ LineInterval section(const Simplex<D>& t, const Sides<D>& sides, int axis) {
     return s;
 }
 
-/// Touching if the facets have common points other than shared vertices; else disjoint.
 Crossing contact(Overlap overlap, int common) {
     const bool is_shared = overlap == Overlap::point ? common > 0 : common == 2;
     return overlap == Overlap::none || is_shared ? Crossing::disjoint : Crossing::touching;
@@ -266,7 +264,6 @@ Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int co
     return overlap_everywhere ? Crossing::touching : found;
 }
 
-/// Heights of vertices over the plane through `at`, times the length of `normal`.
 Sides<3> sides_of(const Simplex<3>& t, const Point<3>& normal, const Point<3>& at) {
     Sides<3> s;
     for (int i = 0; i < 3; ++i)

@@ -192,7 +192,6 @@ struct PlanarProjection {
     return 0.5 * midpoint(edge.control[0], edge.control[1]) + 0.5 * edge.control[2];
 }
 
-/// Projection axis that maximises the smaller of the two normals' components.
 [[nodiscard]] inline int best_axis(const Net<3>& first, const Net<3>& second) {
     const auto normal = [](const Net<3>& net) {
         return normalised(cross(net.control[1] - net.control[0], net.control[2] - net.control[0]));
@@ -292,7 +291,6 @@ class PlanarTest {
 /// Exact tests of straight facets. Their intersection is an interval or region with rational corners.
 namespace camber {
 
-/// True if the mid nodes equal the rounded midpoints of the chords.
 template <int D>
 [[nodiscard]] inline bool is_straight(const NodalFacet<D>& facet) {
     for (int e = 0; e < edges_per_simplex<D - 1>; ++e) {
@@ -316,8 +314,7 @@ enum class Contact : std::uint8_t {
                ///< the other's body
 };
 
-/// Exact contact of straight facets that are touching (`crossing_of_straight`). None for zero area (2D: length), or
-/// vertices that are not finite.
+/// Exact contact of straight facets that are touching (`crossing_of_straight`). None as for `crossing_of_straight`.
 [[nodiscard]] std::optional<Contact> contact_of_straight(const NodalFacet<2>& first, const NodalFacet<2>& second);
 [[nodiscard]] std::optional<Contact> contact_of_straight(const NodalFacet<3>& first, const NodalFacet<3>& second);
 
@@ -340,7 +337,7 @@ struct Ray {
 struct RayHits {
     int count = 0;  ///< number of hits from the inner side minus hits from the outer side
     int pieces = 0;
-    double nearest = std::numeric_limits<double>::infinity(), farthest = 0;  ///< bounds of the distances of hits
+    double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
     double before = 0;  ///< upper bound of the distances of hits that are below the range
     bool certain = true;
 
@@ -419,7 +416,6 @@ class RayCaster {
     static constexpr double blur = 8 * coordinate_error;
     static constexpr std::size_t max_pieces = 600;
 
-    /// Hits of a piece; without a result if it must be divided.
     struct Piece {
         RayHits hits = {};
         double extent = 0;

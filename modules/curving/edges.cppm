@@ -139,14 +139,14 @@ void measure(const QuadraticMesh<D>& mesh, const EdgeOfElement& source, const Ba
 enum class ModelFit : std::uint8_t { accuracy, length };
 
 /// Returns the quadratic cost of a node's offset from its target, in a field on the straight mesh
-/// (docs/algorithms/edge-accuracy.md). `shell` lists the elements around the edge. The cost depends on `fit`:
+/// (docs/algorithms/edge-accuracy.md). The cost depends on `fit`:
 /// - `length`: increase of the length, relative to the length; motions along the edge are cheap.
 /// - `accuracy`: squared metric length of the offset, relative to that of the chord; equal in all directions.
 template <int D>
 [[nodiscard]] QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& target,
                                            std::span<const ElementId> shell, const BackMesh<D>& back, ModelFit fit);
 
-/// Function that returns the cost model of an edge. It has no side effects, since several threads call it.
+/// Several threads call this function, so it must not have side effects.
 template <int D>
 using EdgeModels = std::function<QuadraticModel<D>(EdgeId)>;
 
@@ -277,8 +277,8 @@ struct CurveStatistics {
     std::size_t outside = 0;       ///< edges with sample points beyond the back mesh
     std::size_t lost = 0;          ///< edges with sample points not found in the back mesh
     std::size_t relaxed = 0;       ///< aim accuracy: nodes limited by elements
-    std::size_t by_walls = 0;      ///< aim accuracy: nodes moved by boundaries, by more than 1/1000 of the chord
-    std::size_t by_metric = 0;     ///< aim accuracy: nodes moved by the metric, by more than 1/1000 of the chord
+    std::size_t by_walls = 0;      ///< aim accuracy: nodes moved by boundaries, see `EdgeTarget`
+    std::size_t by_metric = 0;     ///< aim accuracy: nodes moved by the metric, see `EdgeTarget`
     std::size_t loss_limited = 0;  ///< nodes moved by less than half of the way, see `limit_smooth_loss`
 
     CurveStatistics& operator+=(const CurveStatistics& other);
@@ -357,8 +357,8 @@ struct NodeReach {
                                                  ///< distance
 
     Vec<D> origin, middle, chord;
-    double max_shift = 0;          ///< largest motion along the chord, relative to the chord
-    std::span<const Vec<D>> thin;  ///< corners on ridges, see `EdgeToPlace`
+    double max_shift = 0;  ///< largest motion along the chord, relative to the chord
+    std::span<const Vec<D>> thin;
 
     [[nodiscard]] bool has(const Vec<D>& p) const {
         const double squared = norm_squared(chord);
@@ -386,7 +386,7 @@ class SheetSearch {
   public:
     SheetSearch(const EdgeSheet<D>& sheet, const NodeReach<D>& reach) : sheet_(sheet), reach_(reach) {}
 
-    /// Moves `from` by the step y in tangential coordinates; no value if the result is out of reach.
+    /// No value if the result is out of reach.
     [[nodiscard]] std::optional<SheetPosition<D>> at(const SheetPosition<D>& from, const Vec<2>& y) const {
         Vec<D> step;
         for (int i = 0; i < sheet_.unknowns(); ++i) step += y[i] * from.tangents[static_cast<std::size_t>(i)];

@@ -32,7 +32,7 @@ static LinearMesh<2> ring() {
     return mesh;
 }
 
-/// Exits on an error. Only programs may do so; libraries return errors.
+/// Exits on an error.
 template <class T>
 static T must(Outcome<T> outcome) {
     if (outcome) return std::move(*outcome);

@@ -127,8 +127,7 @@ class SmoothFaces {
         return is_ridge && is_smooth(site_of(e), shells_[e].size());
     }
 
-    /// Returns true if a ridge edge of the mesh is not on a sharp curve of the geometry. Then its facets are on one
-    /// surface or on surfaces with a common tangent plane, or one facet has no surface.
+    /// Returns true if a ridge edge of the mesh is not on a sharp curve of the geometry.
     [[nodiscard]] bool is_smooth(const EdgeSite<3>& site, std::size_t facets) const {
         if (facets != 2) return false;
         if (site.facets.size() == 1) return true;

@@ -17,8 +17,8 @@ export namespace camber {
 /// Extends displacements of boundary curves over the smooth faces beside them (3D; no change in 2D), so that layers
 /// that end at these faces follow the curves (docs/algorithms/boundary-displacement.md). `boundary_nodes` has one row
 /// per edge, on the geometry. Nodes of ridges and fixed nodes do not move. Facets form one face if they are on one
-/// surface, on surfaces with a common tangent plane, or in a plane patch without a surface. Nodes without displacement
-/// are bitwise unchanged. Errors: those of `extend_displacement`.
+/// surface, on surfaces with a common tangent plane, or in a plane patch without a surface. Errors: those of
+/// `extend_displacement`.
 template <int D>
 [[nodiscard]] Outcome<Column<LagrangeNode<D>>> extend_over_faces(
     const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Column<LagrangeNode<D>>& boundary_nodes,
@@ -80,8 +80,7 @@ struct Polished {
 
 /// Increases the smallest scaled Jacobian by moving volume nodes, in bands of the worst elements
 /// (docs/algorithms/shape.md). In each iteration every element of the band, worst first, moves the node of its best
-/// edge. If an earlier element of the iteration changed elements around this edge, the element waits; so threads do not
-/// matter. If the worst elements do not improve, those around them are improved too. Errors: stopped, memory.
+/// edge. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Polished<D>> polish(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                           Buffer<LagrangeNode<D>> nodes, const Incidence<ElementId>& shells,
@@ -153,8 +152,8 @@ template <int D>
 /// Reduces `offsets` from the nodes `base` (one row per edge) until scaled Jacobians reach `least`
 /// (docs/algorithms/edge-accuracy.md). An element below `least` requests the largest factor 3/4, 1/2, 1/4 or 0 of its
 /// offsets that reaches `least`, or else the best factor. The offset of an edge is multiplied by the minimum factor of
-/// its elements. Elements around changed edges are then checked again; a stack of layers needs one iteration per layer.
-/// Returns the number of limited edges. Errors: stopped.
+/// its elements. Elements around changed edges are then checked again. Returns the number of limited edges. Errors:
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh,
                                                      std::span<const LagrangeNode<D>> base,

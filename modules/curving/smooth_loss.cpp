@@ -23,7 +23,6 @@ namespace {
 /// Weight of the H1 error relative to the L2 error. With 0.1 both grow equally for cubic functions on layered shells.
 constexpr double h1_share = 0.1;
 
-/// Volume |K|, mean squared edge length and smallest height of a straight element K.
 template <int D>
 struct ElementSize {
     double volume = 0, square = 0, height = 0;
@@ -292,7 +291,6 @@ class Elements {
         return jacobian.is_finite() && scaled(jacobian.lowest, jacobian.straight) >= least;
     }
 
-    /// Returns the largest fraction of the offsets with which the element reaches `least`, or else the best one.
     [[nodiscard]] double share(std::size_t e, double least) const {
         double best = 1;
         if (stays(e)) return best;
@@ -315,8 +313,7 @@ class Elements {
     [[nodiscard]] bool stays(std::size_t e) const {
         return std::ranges::all_of(edges_of(e), [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
     }
-    /// Returns the scaled Jacobian from the lower bound `lowest`. It is relative to |straight|, since thin elements
-    /// along curves may be inverted when straight, but valid when curved.
+    /// Relative to |straight|, since thin elements along curves may be inverted when straight, but valid when curved.
     [[nodiscard]] static double scaled(double lowest, double straight) {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         if (straight == 0) return lowest >= 0 ? infinity : -infinity;

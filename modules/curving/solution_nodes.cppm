@@ -24,8 +24,7 @@ struct KnownField {
 };
 template <int D>
 using KnownSolution = std::vector<KnownField<D>>;
-/// Function that returns the solution in the elements of a mesh. It is called for copies of the mesh with other edge
-/// nodes.
+/// Returns the solution in the elements of a mesh; called for copies of the mesh with other edge nodes.
 template <int D>
 using SolutionInElements = std::function<Outcome<KnownSolution<D>>(const QuadraticMesh<D>&, const Execution&)>;
 
@@ -41,8 +40,7 @@ template <int D>
 struct SolutionNodes {
     Column<LagrangeNode<D>> nodes;  ///< one row per edge
     /// Expected errors of the first start and of `nodes`. For one field: weight · ‖u − u_h‖ in user units; for several:
-    /// the root of Σ (weight ‖u − u_h‖)² in units of the fields. Integrated as in `expected_error`; the search uses a
-    /// rule of degree 6.
+    /// the root of Σ (weight ‖u − u_h‖)² in units of the fields. Integrated as in `expected_error`.
     double before = 0, after = 0;
     int frames = 0;
     std::size_t relaxed = 0;  ///< edges moved by only a part of their step
@@ -50,9 +48,8 @@ struct SolutionNodes {
 
 /// Moves volume nodes to minimise Σ ∫ (u − u_h)² over fields and elements, where u_h is the interpolant of degree 2 on
 /// curved elements (docs/algorithms/solution-nodes.md). Starts from the best of `starts` (one row per edge); boundary
-/// nodes do not move. Each iteration evaluates the solution in the current elements (the frame) and solves a
-/// least-squares problem. Elements stay above `min_jacobian`. The expected error never increases. Results do not depend
-/// on the number of threads. Errors: columns that do not fit (internal); those of `solution`; stopped, memory.
+/// nodes do not move. Elements stay above `min_jacobian`. The expected error never increases. Results do not depend on
+/// the number of threads. Errors: columns that do not fit (internal); those of `solution`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const MeshEdges<D>& edges,
                                                        std::span<const Column<LagrangeNode<D>>> starts,
@@ -386,7 +383,6 @@ template <int D>
 void add_error(const ElementPacks<D>& elements, const LatticePacks<D>& field, double weight, Instructions set,
                ErrorPacks<D>& sum);
 
-/// Returns the squared expected error by a rule of degree 11 on the solution's mesh. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<D>& solution,
                                             const Execution& execution);

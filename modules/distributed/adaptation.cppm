@@ -22,12 +22,12 @@ import :ranks;
 
 export namespace camber {
 
-/// `number` is the vertex number in the whole mesh. It is invalid for new vertices and for vertices of one part only,
-/// except frozen ones, which simplices outside all parts may share.
+/// A vertex with its `number` in the whole mesh. The number is invalid for new vertices, and for vertices that only one
+/// part has. Frozen vertices always have a number, because simplices outside all parts may share them.
 template <int D>
 struct AdaptedVertex {
     VertexId number;
-    VertexId origin;  ///< initial number, if the vertex has directions or associations
+    VertexId origin;  ///< number in the initial mesh, if the vertex has directions or associations
     Vec<D> point;
     Reference reference = 0;
     VertexState state;
@@ -44,8 +44,8 @@ struct AdaptedSimplex {
     std::uint8_t sides = 0;  ///< for a facet: number of its sides with elements in the whole mesh
 };
 
-/// Rows of a mesh or of a part. A facet between two parts is in both, marked as frozen. Lines (3D) and vertices are in
-/// each part that has an element with them.
+/// Rows of a mesh or of a part. A facet between two parts is in both, marked as frozen. A line (feature edge, 3D) or a
+/// vertex is in each part that has an element with it.
 template <int D>
 struct AdaptationRows {
     Buffer<AdaptedVertex<D>> vertices;
@@ -56,14 +56,14 @@ struct AdaptationRows {
     static void each_kind(auto& all, auto&& f) { f(all.vertices), f(all.elements), f(all.facets), f(all.lines); }
 };
 
-/// Rows of a whole linear mesh, with vertex numbers. Errors: memory.
+/// Returns the rows of a whole linear mesh, with vertex numbers. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<AdaptationRows<D>> rows_of(const Adaptation<D>& whole);
 
 template <int D>
 struct AdaptedPart {
     Adaptation<D> state;
-    Column<std::uint8_t> on_rim;  ///< for initial vertices only
+    Column<std::uint8_t> on_rim;  ///< true on the boundary to other parts; for initial vertices only
     std::size_t rim_lines = 0;    ///< temporary lines, stored after the lines of the rows
 };
 
@@ -71,7 +71,8 @@ struct AdaptedPart {
 template <int D>
 [[nodiscard]] Outcome<AdaptedPart<D>> assembled(const AdaptationRows<D>& rows, const Execution& execution);
 
-/// Rows of a part. `before` are its initial rows, which still describe its boundary to other parts. Errors: memory.
+/// Returns the rows of a part. `before`: the initial rows of the part, which still describe its boundary to other
+/// parts. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<AdaptationRows<D>> rows_of_part(const AdaptedPart<D>& part, const AdaptationRows<D>& before);
 
@@ -84,21 +85,21 @@ struct ElementWeights {
     [[nodiscard]] double elements() const { return static_cast<double>(sum) / static_cast<double>(one); }
 };
 
-/// Volume of each element in the metric, relative to a unit simplex, with sizes multiplied by `coarser`; at least one.
-/// Errors: stopped, memory.
+/// Returns the volume of each element in the metric, in units of the volume of a unit simplex; at least one. The metric
+/// sizes are multiplied by `coarser`. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<ElementWeights> expected_elements(const AdaptationRows<D>& rows, double coarser,
                                                         const Execution& execution);
 
-/// A mesh shared among ranks between block iterations. Each element, facet and line is on one rank. The numbers of rows
-/// and vertices continue from rank to rank.
+/// A mesh shared among ranks between block iterations. Each element, facet and line is on one rank. Rows and vertices
+/// are numbered consecutively over the ranks: first those of rank 0, then those of rank 1, and so on.
 template <int D>
 struct SharedRows {
-    AdaptationRows<D> rows;                   ///< vertices: own ones, then those of other ranks in own simplices
+    AdaptationRows<D> rows;  ///< the vertices of this rank precede those of other ranks in its simplices
     Buffer<std::uint8_t> on_rim;              ///< true for vertices that other ranks may use
-    std::vector<std::size_t> first_vertices;  ///< first own vertex of each rank, and the total
-    AdaptationRows<D> without_elements;  ///< on the last rank: fixed entities without elements; vertices that are also
-                                         ///< in `rows` have numbers
+    std::vector<std::size_t> first_vertices;  ///< number of the first vertex of each rank, and the total
+    AdaptationRows<D> without_elements;  ///< last rank only: fixed entities without elements; vertices also in `rows`
+                                         ///< have numbers
 
     [[nodiscard]] std::size_t vertices() const { return first_vertices.back(); }
     [[nodiscard]] std::size_t own_vertices(const Ranks& ranks) const {
@@ -106,7 +107,6 @@ struct SharedRows {
     }
 };
 
-/// Rank of a number. `firsts` has the first number of each rank, and the total.
 [[nodiscard]] inline std::size_t rank_with(const std::vector<std::size_t>& firsts, std::size_t number) {
     return static_cast<std::size_t>(std::ranges::upper_bound(firsts, number) - firsts.begin()) - 1;
 }
@@ -115,7 +115,8 @@ struct SharedRows {
 template <int D>
 [[nodiscard]] Outcome<SharedRows<D>> share_of(const AdaptationRows<D>& whole, const Ranks& ranks);
 
-/// Returns own rows, with simplices by vertex numbers. The last rank also returns the rows without elements.
+/// Returns the rows of this rank. Their simplices refer to vertices by number in the whole mesh. The last rank also
+/// returns the rows without elements.
 template <int D>
 [[nodiscard]] AdaptationRows<D> numbered_rows(SharedRows<D> shared, const Ranks& ranks);
 
@@ -141,8 +142,9 @@ struct SentSimplex {
     AdaptedSimplex<K> simplex;
 };
 
-/// Rows sent to another rank when a mesh is cut. Simplices have rows of `vertices`; only in `…_by_number` they have
-/// vertex numbers. Elements of other ranks bring these vertices, and the part may have no element at the simplex.
+/// Rows sent to another rank when a mesh is cut. Simplices refer to vertices by their index in `vertices`. Simplices in
+/// `…_by_number` refer to them by number instead: other ranks send these vertices with their elements, and the part may
+/// have no element at the simplex.
 template <int D>
 struct SentRows {
     Buffer<AdaptedVertex<D>> vertices;
@@ -165,7 +167,6 @@ template <int D>
                                                                     const PointBox<D>& grid, PartNumber first,
                                                                     PartNumber last, const Execution& execution);
 
-/// Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Incidence<ElementId>> elements_around(const AdaptationRows<D>& rows, const Execution& execution);
 
@@ -173,7 +174,8 @@ template <int D>
 
 export namespace camber {
 
-/// A mesh that was cut into parts, which are numbered from rank to rank.
+/// A mesh that was cut into parts. Parts are numbered consecutively over the ranks: first those of rank 0, then those
+/// of rank 1, and so on.
 template <int D>
 struct CutMesh {
     std::vector<AdaptationRows<D>> parts;
@@ -183,16 +185,15 @@ struct CutMesh {
 
 /// Cuts a mesh into parts of about `elements` expected elements: runs of elements in Morton order of their first
 /// vertices. Vertices of a part are in Morton order. The grid starts `shift` times the mesh extent before the mesh.
-/// Grids with shifts that differ by thirds (2D) or fifths (3D) have no common cell walls (T. M. Chan, 1998). With
-/// offsets along the Morton curve instead, all cuts would share the first plane that halves the mesh. Facets between
-/// parts are frozen. Parts do not depend on the distribution of the mesh. Errors: stopped, memory.
+/// Grids with shifts that differ by thirds (2D) or fifths (3D) have no common cell walls (T. M. Chan, 1998). Facets
+/// between parts are frozen. Parts do not depend on the distribution of the mesh. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<CutMesh<D>> cut_into_parts(SharedRows<D> shared, const ElementWeights& weights,
                                                  std::size_t elements, double shift, Ranks& ranks,
                                                  const Execution& execution);
 
-/// Joins parts to a shared mesh. Each row stays in the first part that has it, and on its rank. New vertex numbers
-/// continue from part to part. Errors: memory.
+/// Joins parts to a shared mesh. If several parts have a row, it stays in the first of them, on the rank of that part.
+/// New vertices are numbered part after part. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<SharedRows<D>> joined(CutMesh<D> cut, Ranks& ranks);
 
@@ -237,7 +238,8 @@ struct InitialGeometry {
     Column<Group> groups;
 };
 
-/// File rows of a remeshed mesh, shared among ranks. Together they equal `finished` for the whole mesh.
+/// The rows of this rank for the output file of a remeshed mesh. Together, the rows of all ranks equal the result of
+/// `finished` for the whole mesh.
 template <int D>
 struct FinishedRows {
     FilePart<D, 1> part;
@@ -249,7 +251,8 @@ template <int D>
 [[nodiscard]] Outcome<FinishedRows<D>> finished_rows(SharedRows<D> shared, const InitialGeometry<D>& original,
                                                      Ranks& ranks);
 
-/// Metric edge lengths, each on one rank, and qualities of own elements. Errors: memory, stopped.
+/// Measures of a shared mesh: metric edge lengths, each edge on one rank, and qualities of this rank's elements. Errors
+/// of measured_rows: memory, stopped.
 struct MeasuredRows {
     std::vector<double> lengths, qualities;
 };
@@ -257,8 +260,8 @@ template <int D>
 [[nodiscard]] Outcome<MeasuredRows> measured_rows(const SharedRows<D>& shared, Ranks& ranks,
                                                   const Execution& execution);
 
-/// Remeshing of blocks with fixed block boundaries, repeated with other blocks. Ranks share the blocks; the field and
-/// the geometry are on all ranks.
+/// Options of remeshing by blocks. Block boundaries are fixed in an iteration, and the next iteration uses other
+/// blocks. The blocks are distributed over the ranks; the field and the geometry are on all ranks.
 struct RemeshBlocksOptions {
     int blocks = 0;
 
@@ -277,11 +280,11 @@ struct RemeshBlocksOptions {
 /// One iteration: cut the mesh, remesh the blocks and join them.
 struct BlockIteration {
     double shift = 0;  ///< see cut_into_parts
-    int rounds = 1;    ///< maximum number of rounds (collapse, split, swap and smooth); then mend
+    int rounds = 1;    ///< maximum number of rounds (collapse, split, swap and smooth), before the pass mend
     /// `loose`: all rounds use the limits ToMetricOptions::early_collapse_longest, early_split_longest and
     /// early_split_shortest.
     enum class Lengths : std::uint8_t { loose, strict } lengths = Lengths::strict;
-    double coarser = 1;  ///< factor for all sizes when edges are split
+    double coarser = 1;  ///< all metric sizes are multiplied by this when edges are split
 };
 
 /// Iterations of a run. The block boundaries of one iteration are inside the blocks of the next.

@@ -95,8 +95,8 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
             auto nodes =
                 noticeable_nodes<D>(state.mesh, state.extended.all(state.mesh), logs, without_progress(execution));
             if (!nodes) return fail(nodes.error());
-            // The searches start at the nodes of the back mesh. For nodes optimised for accuracy, these would also
-            // follow boundaries with small sag.
+            // The searches start at the nodes of the back mesh, except if nodes are optimised for accuracy: the nodes
+            // of the back mesh would move them also along boundaries with small sag.
             if (run.by->edges.aim != CurvingAim::accuracy)
                 state.base = starting_at(state, run.by->surface, MovedNodes<D>(state.mesh, *nodes));
             back_nodes.push_back(std::move(*nodes));
@@ -164,7 +164,6 @@ Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* row
     return Done{};
 }
 
-/// Slides boundary nodes; see slid_input of camber.recipes.
 template <int D>
 Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
     WholeSurface<D>& surface = run.by->surface;

@@ -29,7 +29,6 @@ import :ranks;
 
 namespace camber {
 
-/// Midpoint of the chord, which need not be stored for a straight mesh.
 template <int D>
 [[nodiscard]] LagrangeNode<D> straight_node(const QuadraticMesh<D>& mesh, EdgeId e) {
     const auto& [a, b] = mesh.edges.vertices[e];
@@ -77,7 +76,7 @@ class MovedNodes {
     Buffer<LagrangeNode<D>> nodes_;
 };
 
-/// State of a part between two steps. Rows of the rings are copies from owner parts.
+/// State of a part between two steps. The data of entities in its rings is copied from the parts that own them.
 template <int D>
 struct PartState {
     QuadraticMesh<D> mesh;  ///< straight; its edge nodes are not stored
@@ -88,14 +87,14 @@ struct PartState {
     Column<EdgeKind> kinds_with_following;  ///< empty: equal to `kinds`
     Column<EdgeId> on_surface;              ///< edge of the whole surface, or invalid
     Buffer<LagrangeNode<D>> base;
-    MovedNodes<D> extended;            ///< unknown: no displacement
+    MovedNodes<D> extended;            ///< unknown if there is no displacement
     Buffer<LogMetric<D>> log_metrics;  ///< empty: the field has its own mesh
     MovedNodes<D> back_nodes;          ///< edge nodes of the field's mesh; unknown: the mesh is straight
     Buffer<Vec<D>> slides, offsets;    ///< empty: nodes do not move
     Buffer<LagrangeNode<D>> nodes;
 
     [[nodiscard]] bool owns(EdgeId e) const { return e >= first_edge && e < last_edge; }
-    /// Edge kinds, where edges of other parts are `fixed`.
+    /// Returns the edge kinds, where edges that other parts own are `fixed`.
     [[nodiscard]] Column<EdgeKind> own_kinds() const {
         Buffer<EdgeKind> own(kinds.begin(), kinds.end());
         for (std::size_t e = 0; e < own.size(); ++e)
@@ -136,14 +135,14 @@ template <int D>
 struct Region {
     QuadraticMesh<D> mesh;  ///< without facets
     std::vector<GlobalNumber> vertices, elements;
-    Buffer<std::uint8_t> outer;  ///< 1: the vertex has elements outside the region
+    Buffer<std::uint8_t> outer;  ///< 1 for a vertex with elements outside the region
     Buffer<LogMetric<D>> log_metrics;
     Column<EdgeKind> kinds;
-    Buffer<LagrangeNode<D>> extended, back_nodes;  ///< empty if the parts have none
+    Buffer<LagrangeNode<D>> extended, back_nodes;  ///< empty if the parts have no such nodes
 };
 
-/// Collects the regions around `elements` of all ranks. Regions have no common vertices. Each is on the rank of the
-/// lowest of its `elements`. Regions do not depend on the number of ranks.
+/// Collects the regions around the `elements` of all ranks. Regions have no common vertices. Each region is on the rank
+/// of the lowest of its `elements`. Regions do not depend on the number of ranks.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Region<D>>> regions_around(const RingedParts<D>& parts,
                                                              const std::vector<PartState<D>>& states,
@@ -159,7 +158,7 @@ struct BlocksGoal {
     /// Boundary features and geometry of a mesh without elements. Null: the surfaces are smooth and interpolate its
     /// vertices.
     std::function<Outcome<Boundary<D>>(const LinearMesh<D>&, const EdgeSet<D>&, const Execution&)> boundary = {};
-    /// Metric at the vertices of a part, given their global numbers. Null: the metric of the mesh.
+    /// Returns the metric at the vertices of a part, given their global numbers. Null: the metric of the mesh is used.
     std::function<Outcome<Column<LogMetric<D>>>(const LinearMesh<D>&, std::span<const GlobalNumber>, const Execution&)>
         metric = {};
 };
@@ -193,7 +192,7 @@ struct CurveBlocksOptions {
 
 struct BlocksValidation {
     std::size_t invalid = 0, undecided = 0;  ///< elements without a certificate of det J > 0
-    std::size_t below_bound = 0;             ///< other elements, below the required bound
+    std::size_t below_bound = 0;             ///< elements with this certificate, but below the required bound
     double smallest = 1;                     ///< minimum scaled Jacobian
     GlobalNumber worst = 0;                  ///< element with this minimum
 
@@ -241,8 +240,8 @@ struct CurvedBlocks {
     std::size_t iterations = 0;
 };
 
-/// Boundary of a mesh in blocks, complete on each rank, because features, patches and surfaces are not local. It has no
-/// elements, and the order of the whole mesh.
+/// Boundary of a mesh in blocks. It is complete on each rank, because features, patches and surfaces are not local. It
+/// has no elements, and its entities are in the order of the whole mesh.
 template <int D>
 struct WholeSurface {
     QuadraticMesh<D> mesh;
@@ -250,13 +249,12 @@ struct WholeSurface {
     Boundary<D> boundary;
     CurveInput<D> input;
 
-    /// Local id of each of the ascending numbers, or an invalid id.
+    /// Returns the local id of each of the ascending numbers, or an invalid id.
     [[nodiscard]] std::vector<VertexId> places_of(std::span<const GlobalNumber> numbers) const;
-    /// Edge between a and b, or an invalid id.
     [[nodiscard]] EdgeId find(GlobalNumber a, GlobalNumber b) const;
 };
 
-/// Reads the boundary. Errors: those of the rows, find_boundary and curve_input; required elements (unsupported).
+/// Errors (unsupported): required elements.
 template <int D>
 [[nodiscard]] Outcome<WholeSurface<D>> whole_surface(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
                                                      const Execution& execution);
@@ -285,7 +283,7 @@ struct BlockRun {
     std::optional<CurvingContext<D>> by = {};
     std::optional<RepairOptions> judged_for = {};
     std::vector<GlobalNumber> to_repair = {};  ///< own elements that are invalid or below the target, ascending
-    bool is_displaced = false;                 ///< some rank has an extension
+    bool is_displaced = false;                 ///< an extended displacement exists on some rank
 
     /// Calls f for own parts. Arrays that f creates in a state are copied to persistent memory (PartMemory).
     Outcome<Done> each_part(const Execution& execution, const auto& f) {
@@ -330,7 +328,6 @@ struct BlockRun {
     }
 };
 
-/// Makes the surface, and maps the edges of each part to its edges.
 template <int D>
 [[nodiscard]] Outcome<Done> find_surface(BlockRun<D>& run, const Execution& execution);
 
@@ -339,7 +336,6 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution);
 
-/// Computes the metric at the vertices, and the nodes of its background mesh.
 template <int D>
 [[nodiscard]] Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution);
 
@@ -359,7 +355,6 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> curve_nodes(BlockRun<D>& run, const Execution& execution);
 
-/// Computes verdicts, and lists the elements that `relax_blocks` repairs.
 template <int D>
 [[nodiscard]] Outcome<Done> validate_blocks(BlockRun<D>& run, const Execution& execution);
 template <int D>
@@ -369,7 +364,6 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> uncross_blocks(BlockRun<D>& run, const Execution& execution);
 
-/// Measures the boundary deviation. Each rank measures the whole surface.
 template <int D>
 [[nodiscard]] Outcome<Done> measure_blocks(BlockRun<D>& run, const Execution& execution);
 
@@ -437,7 +431,7 @@ class QuadraticParts {
     std::vector<Buffer<GlobalNumber>> edge_numbers_;
 };
 
-/// Whole mesh, in row order, if there is a single rank. `linear` is the straight mesh. Errors: memory, stopped.
+/// Returns the whole mesh in row order. Requires a single rank. `linear` is the straight mesh. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> joined(const CurvedBlocks<D>& of, LinearMesh<D> linear,
                                                const Execution& execution);

@@ -68,8 +68,8 @@ struct Start {
     OnCurve at;
 };
 
-/// First elements of runs of about equal weight, `in_a_run` expected elements each (ElementWeights). `own` must be
-/// sorted. The result does not depend on the distribution.
+/// Returns the first elements of runs of about equal weight, with `in_a_run` expected elements each (ElementWeights).
+/// `own` must be sorted. The result does not depend on the distribution.
 Outcome<std::vector<OnCurve>> starts_of_runs(Ranks& ranks, std::vector<WeightOnCurve> own, std::size_t in_a_run) {
     const auto sorted = sorted_among_ranks(ranks, std::move(own));
     if (!sorted) return fail(sorted.error());
@@ -208,7 +208,8 @@ class RowSender {
         }
         return ids_[v.index()];
     }
-    /// Sends simplices that may have elements on other ranks. The owner of the lowest vertex knows all parts there.
+    /// Sends simplices that may have elements on other ranks. The owner of a simplex's lowest vertex forwards it to all
+    /// parts that contain this vertex.
     template <int K>
     Outcome<Done> put_by_owners(const Buffer<AdaptedSimplex<K>>& simplices, std::size_t first,
                                 const std::vector<PartAt>& at_shared, Buffer<SentSimplex<K>> SentRows<D>::* list) {

@@ -49,7 +49,6 @@ Outcome<std::vector<FaceRow<D>>> faces_on_rank(std::span<const SimplexVertices<D
     return faces;
 }
 
-/// Graph edges at inner faces, in both directions, for the ranks of their elements.
 template <int D>
 Outcome<std::vector<std::vector<Arc>>> arcs_of(const std::vector<FaceRow<D>>& faces, std::size_t elements,
                                                std::size_t ranks) {

@@ -33,7 +33,7 @@ class SharedNumbers {
         numbers_.erase(std::ranges::unique(numbers_).begin(), numbers_.end());
     }
 
-    /// Finds the owners: the lowest rank that has a vertex. The former owner of the vertex decides.
+    /// Finds the owners: the lowest rank that has a vertex.
     Outcome<Done> find_owners() {
         std::vector<std::vector<VertexId>> to(ranks_.size());
         for (const VertexId number : numbers_) to[rank_with(first_vertices_, number.index())].push_back(number);
@@ -160,7 +160,6 @@ Outcome<Done> select_first(SharedRows<D>& out, Buffer<AdaptedSimplex<K>>& simpli
     return Done{};
 }
 
-/// Keeps `required` and `ridge`. The only other mark of a facet is `frozen`.
 Marks unfrozen_marks(Marks marks) {
     Marks out;
     for (const Mark mark : {Mark::required, Mark::ridge})
@@ -325,7 +324,7 @@ class Finishing {
     }
 
   private:
-    /// Creases are always written (`finished`); other lines only if the input has them.
+    /// True for lines that are not written: those that are not creases and not in the input.
     [[nodiscard]] static bool is_unlisted(Marks m) { return m.has(Mark::embedded) && m.has(Mark::implied); }
 
     Outcome<Done> begin_at(std::size_t own, std::uint64_t& first, std::uint64_t& total) {

@@ -38,7 +38,7 @@ namespace camber {
     return r;
 }
 
-/// A facet, and its lowest element, or `no_element`.
+/// A facet and its lowest element. A facet without elements has `no_element`.
 inline constexpr std::uint64_t no_element = ~std::uint64_t{0};
 template <int D>
 struct FacetRow {
@@ -65,10 +65,10 @@ template <int D>
 
 export namespace camber {
 
-/// Own parts for a solver, together as one mesh of degree 1 or 2.
+/// Parts of this rank for a solver, together as one mesh of degree 1 or 2.
 template <class Mesh>
 struct PartsOfRank {
-    std::size_t first = 0, last = 0;  ///< own parts are [first, last), numbered from 0
+    std::size_t first = 0, last = 0;  ///< this rank has the parts [first, last), numbered from 0
     Mesh mesh;
     std::vector<std::uint64_t> vertices, elements, facets, edges;  ///< ascending global numbers
     std::vector<std::uint64_t> mid_nodes = {};  ///< file number of each edge's node; empty for degree 1
@@ -77,8 +77,8 @@ struct PartsOfRank {
 
 /// Partitions a mesh into parts of about equal numbers of elements. Ranks read runs of elements, build the dual graph,
 /// call `partition`, and receive the rows of their parts. A facet or feature edge is in the part of its lowest element
-/// (without elements: part 0). The given geometry is not transferred. Errors: usage (no parts, or more parts than
-/// elements), input (those of the rows; more than two elements on a face), those of `partition`.
+/// (without elements: part 0). The geometry data of the file is not transferred. Errors: usage (no parts, or more parts
+/// than elements), input (those of the rows; more than two elements on a face), those of `partition`.
 template <int D>
 [[nodiscard]] Outcome<PartsOfRank<LinearMesh<D>>> parts_of_rows(const MeshRows<D>& rows, std::size_t parts,
                                                                 const GraphPartitioner& partition, Ranks& ranks);

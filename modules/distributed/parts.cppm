@@ -58,7 +58,7 @@ struct PartLayout {
     }
     [[nodiscard]] std::size_t begin_of(std::size_t rank) const { return first_parts[rank]; }
     [[nodiscard]] std::size_t end_of(std::size_t rank) const { return first_parts[rank + 1]; }
-    /// First vertices of a part's blocks, except the first block.
+    /// Returns the first vertex of each block of a part, except the first block.
     [[nodiscard]] std::span<const GlobalNumber> later_blocks(std::size_t part) const {
         const auto begin = std::ranges::upper_bound(first_of_blocks, first_vertices[part]);
         return {begin, std::ranges::lower_bound(first_of_blocks, first_vertices[part + 1])};
@@ -96,7 +96,8 @@ void each_array(RingedPart<D>& part, const auto& visit) {
     visit(part.facets);
     visit(part.edges);
 }
-/// `copy_new_arrays` copies arrays that changed since `before` (from `arrays_of`) into new memory.
+/// Addresses of the arrays in a value. `copy_new_arrays` copies those arrays whose address differs from `before`, the
+/// result of an earlier `arrays_of`, into new memory.
 template <class T>
 [[nodiscard]] std::vector<const void*> arrays_of(T& thing) {
     std::vector<const void*> arrays;
@@ -147,7 +148,8 @@ class MeshRows {
     [[nodiscard]] virtual Outcome<SimplexRows<D>> elements(std::size_t begin, std::size_t end) const = 0;
     [[nodiscard]] virtual Outcome<SimplexRows<D - 1>> facets(std::size_t begin, std::size_t end) const = 0;
     [[nodiscard]] virtual Outcome<SimplexRows<1>> edges(std::size_t begin, std::size_t end) const = 0;
-    /// Small lists: corners, required entities and ridges (ascending), given geometry, names of references.
+    /// Returns the small lists: corners, required entities and ridges (ascending), geometry data of the file, names of
+    /// references.
     [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
 
   protected:
@@ -162,7 +164,6 @@ class MeshRows {
 
 namespace camber {
 
-/// Consecutive rows [begin, end).
 struct Run {
     std::size_t begin = 0, end = 0;
     [[nodiscard]] std::size_t size() const { return end - begin; }
@@ -381,11 +382,11 @@ class BetweenRingedParts final : public PartCommunication<D> {
     std::vector<Buffer<SentRow>> sent_;
 };
 
-/// Splits a mesh into blocks: runs of vertices with about the requested number of elements, where each element is
-/// shared among its vertices. Blocks depend only on the mesh and that number. Each rank reads its share of the rows and
-/// gets a run of blocks, in parts with two rings. Vertex numbers are those of the rows, whose order should be spatially
-/// local (camber.ordering). Required elements, facets and edges and names of references are transferred, but not the
-/// given geometry. Errors: those of the rows, memory, stopped.
+/// Splits a mesh into blocks: runs of vertices that have about the requested number of elements. For this count, each
+/// vertex of an element counts an equal share of it. Blocks depend only on the mesh and the requested number. Each rank
+/// reads a share of the rows and gets a run of blocks, in parts with two rings. Vertex numbers are those of the rows,
+/// whose order should be spatially local (camber.ordering). Required elements, facets and edges and names of references
+/// are transferred, but not the geometry data of the file. Errors: those of the rows, memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks,
                                             const Execution& execution);
@@ -405,7 +406,7 @@ struct RunsOfRank {
     LinearMesh<D> lists;
 };
 
-/// Points with the given global numbers, which must be ascending. All ranks call it.
+/// Returns the points with the given global numbers, which must be ascending. All ranks call it.
 template <int D>
 using PointsAt = std::function<Outcome<PointRows<D>>(const std::vector<std::uint64_t>&)>;
 
@@ -476,7 +477,7 @@ class QuadraticRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<SimplexRows<1>> edges(std::size_t begin, std::size_t end) const override;
     [[nodiscard]] Outcome<LinearMesh<D>> lists() const override { return runs_.lists(); }
 
-    /// Positions of edge nodes, and the edge nodes of simplices (K is D, D − 1, or 1 for feature edges in 3D).
+    /// Return positions of edge nodes, and the edge nodes of simplices (K is D, D − 1, or 1 for feature edges in 3D).
     [[nodiscard]] Outcome<PointRows<D>> mid_nodes(std::size_t begin, std::size_t end) const;
     template <int K>
     [[nodiscard]] Outcome<EdgeNodeRows<K>> nodes_of(std::size_t begin, std::size_t end) const;

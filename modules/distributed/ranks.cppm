@@ -94,7 +94,7 @@ template <class T>
     return all;
 }
 
-/// Local result, or the error of the lowest rank that failed. So no rank waits for a failed one.
+/// Returns the local result, or the error of the lowest rank that failed, so that no rank waits for a failed one.
 template <class T>
 [[nodiscard]] Outcome<T> agreed(Ranks& ranks, Outcome<T> result) {
     if (ranks.size() == 1) return result;
@@ -104,7 +104,7 @@ template <class T>
     return result;
 }
 
-/// Value of rank 0 (plain, or a text) on all ranks.
+/// Returns the value of rank 0 (plain, or a text) on all ranks.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<T> broadcast_from_first(Ranks& ranks, const Outcome<T>& own) {

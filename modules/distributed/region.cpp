@@ -111,8 +111,8 @@ Outcome<GrownElements<D>> add_rings(const RingedParts<D>& parts, std::span<const
     return result;
 }
 
-/// A vertex or place, and the place that contains it. A place is a connected set of elements, identified by its lowest
-/// vertex.
+/// A vertex or a place, and the place to which it belongs. A place is a connected set of elements, identified by its
+/// lowest vertex.
 struct PlaceMember {
     GlobalNumber number = 0, place = 0;
     auto operator<=>(const PlaceMember&) const = default;
@@ -165,8 +165,8 @@ class MergedPlaces {
     std::map<GlobalNumber, GlobalNumber> called_;
 };
 
-/// Adds rings around `elements` of all ranks. A connected result is a place; it is collected on the rank of the lowest
-/// of its `elements`. `balls` has the elements at vertices of own parts.
+/// Adds rings around the `elements` of all ranks. Each connected set of the resulting elements is a place, and is
+/// collected on the rank of the lowest of its `elements`. `balls` has the elements at vertices of own parts.
 template <int D>
 Outcome<GrownElements<D>> grown_places(const RingedParts<D>& parts, std::span<const Incidence<ElementId>> balls,
                                        const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks) {

@@ -17,7 +17,7 @@ namespace camber {
 
 namespace {
 
-/// Volume of a simplex, times D!.
+/// Returns the volume of a simplex, times D!.
 double scaled_volume(const std::array<Vec<2>, 3>& p) {
     const Vec<2> a = p[1] - p[0], b = p[2] - p[0];
     return a[0] * b[1] - a[1] * b[0];
@@ -156,8 +156,9 @@ Outcome<Growing> growing(const AdaptationRows<D>& rows, Ranks& ranks, const Exec
     });
 }
 
-/// Preliminary iterations with limited growth, for a mesh that is to grow by a large factor. Blocks, which are cut by
-/// expected elements, then have enough elements and stay within the block size.
+/// Runs preliminary iterations with limited growth, for a mesh that is to grow by a large factor. Blocks are cut by
+/// numbers of expected elements. With limited growth, they have enough elements initially, and stay within the block
+/// size.
 template <int D>
 Outcome<RemeshedRows<D>> grow_gradually(RemeshedRows<D> rows, const AdaptationGoal<D>& goal,
                                         const ToMetricOptions& options, const BlockRemeshing& by,

@@ -58,7 +58,7 @@ class RegionBoundary {
             if (of_surface_[v].valid()) in_region_.emplace_back(of_surface_[v], VertexId(v));
     }
 
-    /// Adds the boundary to the region's mesh. There are no new edges, so numbers do not change.
+    /// Adds the boundary to the region's mesh. This adds no edges, so edge numbers do not change.
     [[nodiscard]] Outcome<Boundary<D>> take(const Execution& execution) {
         const LinearMesh<D>& from = surface_.mesh.linear;
         LinearMesh<D>& mesh = region_.mesh.linear;
@@ -211,7 +211,6 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
     return moved;
 }
 
-/// Repairs each place independently, so that the result does not depend on the distribution of places.
 template <int D>
 Outcome<Moved<D>> repair_places(const RepairedBlocks<D>& of, std::vector<Region<D>> places,
                                 const RepairOptions& options, const Execution& execution) {
@@ -257,9 +256,9 @@ void apply_moves(const RepairedBlocks<D>& of, const Moved<D>& moved) {
     }
 }
 
-/// Repairs elements, with nine rings around them, the maximum range of repair. Each place is on the rank of its lowest
-/// element, and repaired like a mesh in `curve_mesh`. All ranks receive the moved nodes and vertices. Returns the
-/// statistics of this rank. Errors: those of `repair`.
+/// Repairs elements, with nine rings around them, the maximum range of repair. Each connected set of these elements is
+/// collected on the rank of its lowest element to repair, and repaired like a mesh in `curve_mesh`. All ranks receive
+/// the moved nodes and vertices. Returns the statistics of this rank.
 template <int D>
 Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of, const std::vector<GlobalNumber>& elements,
                                         const RepairOptions& options, Ranks& ranks, const Execution& execution) {

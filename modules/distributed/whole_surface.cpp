@@ -199,7 +199,7 @@ Outcome<Done> take_boundary(const BlockRun<D>& run, PartState<D>& state, const R
     return Done{};
 }
 
-/// Extends the displacement of edges that are not volume edges over the elements. Returns the nodes of each part.
+/// Returns the extended nodes of each part.
 template <int D>
 Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> PartState<D>::* kinds,
                                                              const Execution& execution) {

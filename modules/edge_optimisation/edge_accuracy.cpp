@@ -294,7 +294,6 @@ template <int D>
     return d;
 }
 
-/// Offset from the change of sizes, reduced if the edge does not resolve it.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> by_sizes(const EdgeFrame<D>& f, const GradientPack<D>& gradient,
                                                              MetricKind kind) {

@@ -31,7 +31,6 @@ void each_along(const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId 
     }
 }
 
-/// Calls use(q, sample) for each quadrature point q, with log M there.
 template <int D, class Use>
 void each_value_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint,
                       Use&& use) {
@@ -39,7 +38,6 @@ void each_value_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, con
         edge, rule, hint, [&](auto points, ElementId from, auto out) { back->sample_values(points, from, out); }, use);
 }
 
-/// Like each_value_along, with gradients of log M.
 template <int D, class Use>
 void each_gradient_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint,
                          Use&& use) {
@@ -281,7 +279,6 @@ struct UnitFrame {
         return y;
     }
 
-    /// Limits y by the maximum shift (in chords) and the maximum offset (in metric lengths).
     [[nodiscard]] Vec<D> bounded(Vec<D> y) const {
         double length = 0;
         for (int k = 0; k < D; ++k) length += metric_weight[k] * y[k] * y[k];
@@ -449,7 +446,6 @@ void polish(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, Iterat
     }
 }
 
-/// Halves the predicted offset until the edge is better than the straight one.
 template <int D>
 Iterate<D> start(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Vec<D>& predicted) {
     const Iterate<D> straight = evaluated(objective, frame, Vec<D>{});
@@ -461,7 +457,6 @@ Iterate<D> start(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, c
     return straight;
 }
 
-/// Halves the offset until the edge is no longer than its chord by the finer rule.
 template <int D>
 void judge(const BackMesh<D>& back, const EdgeObjective<D>& objective, const Quadrature& rule,
            EdgeMinimum<D>& minimum) {

@@ -95,7 +95,6 @@ template <int D>
                                              std::size_t from_lane) {
     copy_packs(to, to_lane, from, from_lane, sizeof(SearchPack<D>));
 }
-/// Copies a search to another lane, without the data of the element that it leaves.
 template <int D>
 [[gnu::always_inline]] inline void copy_leaving(SearchLanes<D>& to, std::size_t to_lane, const SearchLanes<D>& from,
                                                 std::size_t from_lane) {

@@ -172,8 +172,6 @@ struct LaneFace {
     int lane, opposite;
 };
 
-/// Moves to the neighbour across the face with the lowest coordinate. At the boundary, projects the point onto the
-/// face.
 template <int D>
 [[gnu::always_inline]] inline void cross_face(const StraightBack<D>& back, LaneFace face, ElementsPack<D>& elements,
                                               VecPack<D>& x, LocatedPack<D>& place, WalkMarks& marks) {

@@ -120,7 +120,6 @@ struct SearchQueues {
     SearchQueue<D>& to_judge_through;
 };
 
-/// Finishes searches with a certain gain, queues uncertain ones, and moves those that left their element to `leaving`.
 template <int D, class Where>
 [[gnu::always_inline]] inline void resolve(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Ended& ended,
                                            const Where& where, const SearchQueues<D>& queues) {

@@ -101,7 +101,6 @@ struct LengthHessian {
 /// One evaluation of eight searches.
 namespace camber {
 
-/// Returns the shell element across the active wall; nothing at the boundary.
 template <int D>
 [[nodiscard]] ElementId across(const PackedEdges<D>& all, std::uint32_t edge, ElementId element, int wall) {
     const auto& [a, b, shell] = all.edges[edge];
@@ -208,7 +207,6 @@ struct WithinWedge {
                                                                    const WallStep<D>& walls, Mask ended) {
         return crossed(all, lanes, walls, ended);
     }
-    /// Lanes with extrapolated values.
     [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>& s) {
         return beyond_ends(s, s.y) > 0;
     }
@@ -248,7 +246,6 @@ struct ThroughElements {
     [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>&) { return {}; }
 };
 
-/// Takes the last step, except in lanes where it leaves the element.
 template <int D>
 [[gnu::always_inline]] inline void take_last_step(SearchPack<D>& s, Mask lanes, const VecPack<D>& direction,
                                                   const EdgeMinimiserOptions& options) {

@@ -30,7 +30,7 @@ using Name = std::array<char, 33>;
 
 struct Place {
     std::int8_t dimension = -1, degree = 0;
-    bool listed = false;  ///< a boundary condition lists the simplex
+    bool listed = false;
     std::uint32_t row = 0;
 };
 
@@ -76,8 +76,7 @@ struct Reader {
         return fail(error_of(lib.get_error_(), ErrorKind::input, doing, mesh.name));
     }
 
-    /// Reserves budget for `numbers` numbers before their memory is allocated. Errors: input (the file is too small for
-    /// so many).
+    /// Reserves budget for `numbers` numbers before their memory is allocated.
     [[nodiscard]] Outcome<Done> take_budget(std::size_t numbers, const std::string& what) {
         if (budget.take(numbers)) return Done{};
         return fail(ErrorKind::input, what + ": the file declares more numbers than a file of this size can contain",
@@ -104,15 +103,13 @@ struct Reader {
 };
 
 /// Checks that the declared sizes of all nodes stay within UnpackedBudget. HDF5 data may be compressed, or allocated
-/// but never written. Errors: input (too much data, nodes nested too deeply).
+/// but never written.
 [[nodiscard]] Outcome<Done> check_nodes(const Library& lib, const std::string& path, std::size_t file_bytes,
                                         const std::string& name);
 
 template <int D>
 [[nodiscard]] Outcome<Done> read_sections(Reader<D>& of);
 
-/// Sets references of simplices from the boundary conditions that list them, otherwise from their sections. Errors:
-/// input.
 template <int D>
 [[nodiscard]] Outcome<Done> read_conditions(Reader<D>& of);
 

@@ -194,8 +194,6 @@ std::size_t count_of(const File& file, Keyword keyword) {
     return block ? block->count : 0;
 }
 
-/// Checks that the block holds as many rows as its header declares. Errors: those of check_size; unsupported (simplices
-/// of another degree).
 template <int K, int Degree>
 Outcome<Done> check_simplices(const File& file) {
     if (const Block* const others = file.find(simplex_keyword<K, 3 - Degree>); others && others->count > 0)

@@ -60,8 +60,7 @@ struct File {
     [[nodiscard]] const Block* find(Keyword keyword) const;
 };
 
-/// Locates the blocks of a GMF file. Errors: input (not GMF, truncated, a block occurs twice, Dimension is missing or
-/// wrong).
+/// Locates the blocks of a GMF file.
 [[nodiscard]] Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name,
                                       const Execution& execution);
 [[nodiscard]] Outcome<File> index_binary(File file);
@@ -143,7 +142,6 @@ auto with_layout(const File& file, F&& f) {
     return with_numbers.template operator()<ByteOrder::native>();
 }
 
-/// Implements `read_rows` for binary files. Precondition: `check_size` accepts the block.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_binary_rows(const File& file, const Block& block, const Execution& execution,
                                              Store& store) {
@@ -187,8 +185,6 @@ template <class RowType>
     return {text + begin, text + end};
 }
 
-/// Implements `read_rows` for ASCII files; each thread reads parts of the block. Precondition: `check_size` accepts the
-/// block.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_ascii_rows(const File& file, const Block& block, const Execution& execution,
                                             Store& store) {
@@ -226,8 +222,7 @@ template <class RowType, class Store>
     return read_binary_rows<RowType>(file, block, execution, store);
 }
 
-/// Reads the node order of K-simplices (block …P2Ordering); none if the file has no such block. Errors: input (a node
-/// is missing or occurs twice).
+/// Reads the node order of K-simplices (block …P2Ordering); none if the file has no such block.
 template <int K>
 [[nodiscard]] Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file);
 

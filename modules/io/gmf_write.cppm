@@ -106,7 +106,6 @@ class BinaryWriter {
         return done;
     }
 
-    /// Writes the block SolAtVertices: the count `rows`, the field types `header`, and the values.
     Outcome<Done> solution(std::size_t rows, std::span<const std::int32_t> header, std::span<const double> values) {
         begin(Keyword::sol_at_vertices, sizeof(Integer) + header.size_bytes() + values.size_bytes());
         put(static_cast<Integer>(rows));

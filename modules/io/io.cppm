@@ -18,7 +18,7 @@ module;
 ///   range), unsupported (elements that are not simplices of degree 1 or 2, other kinds and versions of files).
 /// - Encoders: the bytes do not depend on the number of threads. Errors: usage (a field whose rows do not match the
 ///   mesh), internal (inconsistent columns of the mesh).
-/// - `is_…` recognises a file by its first bytes. `not_in_…` lists mesh data that the format cannot hold.
+/// - `is_…` recognises a file by its first bytes. `not_in_…` lists mesh data that the format loses or changes.
 export module camber.io;
 import camber.core;
 import camber.bezier;

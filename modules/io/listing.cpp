@@ -145,8 +145,6 @@ Outcome<MidNodes> lowest_mid_nodes(const Mesh<D>& raw, const EdgeSet<D>& edges, 
     return mid;
 }
 
-/// Error message: simplex i and an earlier simplex have different mid nodes on an edge, or a mid node on different
-/// edges.
 template <int K, int D>
 auto disagreement(const Mesh<D>& raw, const Simplices<K>& kind, const EdgeSet<D>& edges, const MidNodes& mid,
                   const Renumbering& numbers, std::size_t i) {

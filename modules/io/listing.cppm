@@ -82,8 +82,7 @@ template <int D>
 [[nodiscard]] Outcome<DecodedMesh> assembled(Mesh<D> mesh, MidNodeKind kind, std::vector<Notice> notices,
                                              const Execution& execution);
 
-/// Checks that coordinates are finite, and that the nodes of each simplex exist and are different. Errors: input, for
-/// the first fault.
+/// Checks that coordinates are finite, and that the nodes of each simplex exist and are different.
 template <int D>
 [[nodiscard]] Outcome<Done> check(const Mesh<D>& mesh, const Execution& execution);
 
@@ -154,7 +153,6 @@ struct Renumbering {
     Buffer<std::uint32_t> to_file;
 };
 
-/// Numbers the vertices. Errors: input (a mid node is also a corner).
 template <int D>
 [[nodiscard]] Outcome<Renumbering> without_mid_nodes(const Mesh<D>& raw, const Execution& execution);
 
@@ -170,7 +168,6 @@ struct MidNodes {
     Buffer<std::uint32_t> edge_of;  ///< for each point of the file: an edge, or `none`
 };
 
-/// Finds the mid nodes of all edges. Errors: input (simplices disagree).
 template <int D>
 [[nodiscard]] Outcome<MidNodes> mid_nodes_of(const Mesh<D>& raw, const EdgeSet<D>& edges, const Renumbering& numbers,
                                              const Execution& execution);

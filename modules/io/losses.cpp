@@ -97,7 +97,6 @@ constexpr std::string_view plural_of(int dimension) {
     return names[dimension];
 }
 
-/// Returns for example "0 becomes 4, -1 becomes 5 and 3 more".
 std::string listed_changes(const std::map<Reference, Reference>& changes) {
     constexpr std::size_t shown = 4;
     std::string text;

@@ -44,7 +44,6 @@ export namespace camber {
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution);
 
-/// Lists lost data, such as facets that are not faces of elements, and references that change.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_mfem(const Mesh<D>& mesh);
 
@@ -212,7 +211,6 @@ struct Topology {
     UnsupportedItems refused;
 };
 
-/// Reads the sections before the vertices. Errors: input, unsupported (more rows than 32 bits can number).
 template <int K>
 [[nodiscard]] Outcome<Topology<K>> read_topology(Source& source);
 
@@ -227,7 +225,6 @@ struct Vertices {
     bool has_nodes = false;
 };
 
-/// Reads the begin of the section of vertices. Errors: input, unsupported (nodes in another finite element space).
 [[nodiscard]] Outcome<Vertices> read_vertices_head(Source& source);
 
 template <int D>
@@ -311,7 +308,6 @@ struct File {
     bool ended = true;
 };
 
-/// Locates the blocks of an SU2 file. Errors: input (rows are missing, a block occurs twice).
 [[nodiscard]] Outcome<File> find_blocks(std::string_view text, std::string_view name);
 
 }  // namespace camber::su2

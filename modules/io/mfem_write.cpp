@@ -107,7 +107,6 @@ struct AttributeSet {
     std::vector<Reference> attributes;
 };
 
-/// Groups with names that are legal in MFEM: on one line, without double quotes.
 Column<Group> named(const Column<Group>& groups) { return with_legal_names(groups, {.legal = quotable_name}); }
 
 std::vector<AttributeSet> sets_of(const Referenced& input) {
@@ -135,7 +134,6 @@ void note_renamed(const Referenced& input, const std::string& what, std::vector<
     notices.push_back({text});
 }
 
-/// Numbers of edges in MFEM's order of edge nodes, which is the order in which elements list them.
 template <int K, class Mesh>
 Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>& elements) {
     const std::size_t vertices = grid.vertices();

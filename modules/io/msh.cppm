@@ -68,7 +68,6 @@ template <int D>
 [[nodiscard]] Outcome<Chunks> encode_msh(const Mesh<D>& mesh, const MeshFields& fields, MshOptions options,
                                          const Execution& execution);
 
-/// Lists lost data, and references and entities that change.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_msh(const Mesh<D>& mesh, MshVersion version);
 
@@ -234,7 +233,6 @@ class Source {
     }
 
     /// Calls store(i, row) for n rows, in parallel if the file is binary. Precondition: `can_contain_rows` accepts n.
-    /// Errors: input (not a number).
     template <class Store>
     [[nodiscard]] Outcome<Done> rows(std::size_t n, RowShape shape, const Execution& execution, Store&& store) {
         if (!binary) return text_rows(n, shape, store);
@@ -304,8 +302,7 @@ struct FormatLine {
 
 [[nodiscard]] std::optional<Generation> generation(const FormatLine& format);
 
-/// Moves into the next section and returns its name without `$`; empty at the end of the file. Errors: input (other
-/// content).
+/// Moves into the next section and returns its name without `$`; empty at the end of the file.
 [[nodiscard]] Outcome<std::string> next_section(Source& source);
 [[nodiscard]] Outcome<Done> end_section(Source& source, std::string_view name);
 [[nodiscard]] Outcome<Done> skip_section(Source& source, std::string_view name);

@@ -143,11 +143,10 @@ auto with_elements(File& file, std::int32_t type, F&& f) {
     return static_cast<Reference>(tag < 0 ? -tag : tag);
 }
 
-/// Checks that tags of nodes are positive. `begin`: position of their table. Errors: input.
 [[nodiscard]] Outcome<Done> check_positive(const Source& source, std::size_t begin, RowShape shape,
                                            std::span<const std::uint64_t> tags);
 
-/// Sorts nodes by tag and builds the index of tags. Errors: input (a tag occurs twice).
+/// Sorts nodes by tag and builds the index of tags.
 [[nodiscard]] Outcome<Done> order_nodes(const Source& source, Nodes& nodes);
 
 /// These functions read a section between its first and last line.

@@ -26,7 +26,6 @@ struct Counts {
     std::size_t between_partitions = 0, physicals = 0, degenerate_lines = 0;
 };
 
-/// Entity and physical tags of an element. In a partition, the entity is the one that was divided.
 struct Owner {
     EntityKey entity;
     Reference physical = 0;

@@ -97,7 +97,6 @@ struct Source {
         return fail(ErrorKind::unsupported, std::move(what), place(), {}, std::move(remedy));
     }
 
-    /// Reads `rows` rows of the given VTK type. Errors: input (too few, malformed), unsupported (not a number type).
     [[nodiscard]] Outcome<vtu::Numbers> numbers(const std::string& type, std::uint64_t rows, std::uint64_t components);
 };
 
@@ -133,7 +132,6 @@ template <int D>
 /// files that begin with `solid` are text.
 [[nodiscard]] bool is_stl(std::span<const std::byte> bytes, StlEncoding encoding);
 
-/// Lists data that is lost or changed when the file is read back.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_stl(const Mesh<D>& mesh, StlEncoding encoding);
 
@@ -184,7 +182,6 @@ template <class Mesh>
 /// Merges corners at the same position into one vertex (−0 equals 0). Precondition: no triangle has equal corners.
 [[nodiscard]] listing::Mesh<3> welded(const Triangles& triangles);
 
-/// Name of the solid of each reference: the group's name, else `reference_N`.
 [[nodiscard]] std::map<Reference, std::string> solid_names(const Triangles& triangles, const Column<Group>& groups,
                                                            std::vector<Renaming>& renamed);
 
@@ -244,7 +241,6 @@ namespace camber::cgns {
 
 }  // namespace camber::cgns
 
-/// Recognition of MED files; names of fields, sections and boundary conditions in CGNS files.
 namespace camber {
 
 /// True for MED files of Salome, which are HDF5 files like CGNS but with other HDF5 nodes.

@@ -201,7 +201,6 @@ struct FormatCapabilities {
     bool point_references = true;
 };
 
-/// Returns a notice with the number of items for each kind of data that the format cannot hold.
 template <int D>
 [[nodiscard]] std::vector<Notice> unsupported_data(const LinearMesh<D>& mesh, FormatCapabilities capabilities,
                                                    std::string_view format);
@@ -210,7 +209,6 @@ template <int D>
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_further_groups(const LinearMesh<D>& mesh, std::string_view format);
 
-/// Checks that each field has as many rows as there are nodes or cells. Errors: usage.
 template <int D>
 [[nodiscard]] Outcome<Done> check_rows(const MeshFields& fields, std::size_t nodes, std::size_t cells) {
     for (const MeshField& field : fields) {

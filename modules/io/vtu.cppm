@@ -111,7 +111,7 @@ using Numbers = std::variant<Buffer<double>, Buffer<float>, Buffer<std::int8_t>,
 struct DataArray {
     std::string name;
     std::string type;
-    std::size_t components = 1;  ///< number of components in the file
+    std::size_t components = 1;
     std::string format;
     std::size_t offset = 0;      ///< position in the appended data
     std::string_view text = {};  ///< the data, if it is not appended
@@ -137,12 +137,10 @@ struct File {
                   cells = 0;  ///< sums of all pieces; not yet compared with the arrays
     std::vector<PieceSize> pieces = {};
     std::vector<DataArray> point_data = {}, cell_data = {}, point_arrays = {}, cell_arrays = {};
-    std::size_t field_data_arrays = 0;          ///< number of arrays in FieldData
+    std::size_t field_data_arrays = 0;
     std::shared_ptr<const void> document = {};  ///< owner of the `text` of arrays
 };
 
-/// Parses the XML of a VTU file. Errors: input (damaged XML, truncated), unsupported (another kind of VTK file, another
-/// compressor).
 [[nodiscard]] Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name);
 
 /// Returns the name without control characters, so that damaged files cannot send them to a terminal.
@@ -152,8 +150,7 @@ struct File {
 
 [[nodiscard]] bool is_number(const DataArray& array);
 
-/// Reads an array of at most `rows` rows. If its header announces more, nothing is uncompressed. Errors: input
-/// (malformed, truncated, more rows), unsupported (a type or a format unknown to VTK).
+/// Reads an array of at most `rows` rows. If its header announces more, nothing is uncompressed.
 [[nodiscard]] Outcome<Numbers> read_array(const File& file, const DataArray& array, std::uint64_t rows,
                                           const Execution& execution);
 
@@ -177,8 +174,7 @@ inline constexpr std::string_view own_byte_order =
     std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
 
 /// Checks the total size of point and cell arrays, because damaged headers may refer to the same data many times.
-/// Stored bytes are limited by the file size, uncompressed ones by UnpackedBudget; nothing is uncompressed. Errors:
-/// input (too large, damaged header).
+/// Stored bytes are limited by the file size, uncompressed ones by UnpackedBudget; nothing is uncompressed.
 [[nodiscard]] Outcome<Done> check_sizes(const File& file);
 
 /// Converts a number to an integer type; none if it has a fraction or is out of range.
@@ -289,11 +285,8 @@ struct ListedPieces {
 [[nodiscard]] Outcome<ListedPieces> listing_of(const File& file, const DecodeOptions& options,
                                                const Execution& execution);
 
-/// Reads the points of all pieces. Errors: input (inconsistent arrays), unsupported (more than 32 bits can number).
 [[nodiscard]] Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution);
 
-/// Reads the cells of all pieces; vertex cells are dropped with a notice. Errors: input (inconsistent arrays),
-/// unsupported (other cells).
 [[nodiscard]] Outcome<Cells> read_cells(const File& file, UnsupportedCells unsupported_cells,
                                         std::vector<Notice>& notices, const Execution& execution);
 

@@ -18,8 +18,7 @@ namespace camber {
 namespace {
 
 /// Returns the part of the gradient `g` that is tangential to the boundary face, edge or vertex on which `location`
-/// lies. A point outside the mesh has the value of its nearest boundary point, so the field is constant along the line
-/// between them.
+/// lies.
 template <int D>
 LogGradient<D> along_support(const LogGradient<D>& g, const StraightBack<D>& back, const Location<D>& location) {
     const auto& v = back.mesh.elements.vertices[location.element];

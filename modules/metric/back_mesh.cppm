@@ -71,8 +71,8 @@ struct EdgeEnds {
     bool is_curved = false;
 };
 
-/// One element of an edge's shell. `gradient` is the gradient of the field in the element. `walls` are normals, of any
-/// length, that point into the element: in 3D those of its two faces that contain the edge, in 2D that of the edge.
+/// One element of an edge's shell. `walls` are normals, of any length, that point into the element: in 3D those of its
+/// two faces that contain the edge, in 2D that of the edge.
 template <int D>
 struct BackSector {
     LogGradient<D> gradient{};
@@ -112,13 +112,13 @@ class BackModel {
     /// the constant continuation from the nearest boundary point.
     virtual void sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
                                        std::span<FieldSample<D>> out) const = 0;
-    /// Samples values and recovered gradients: interpolated means around vertices, which are continuous across faces.
+    /// Samples values and recovered gradients. These interpolate volume-weighted means over the elements around each
+    /// vertex, so they are continuous across faces.
     virtual void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                                  std::span<FieldSample<D>> out) const = 0;
 
     virtual void sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const = 0;
 
-    /// Returns null pointers if the model does not support packs; callers then search edges one by one.
     [[nodiscard]] virtual PackedField<D> packed() const { return {}; }
 
     [[nodiscard]] virtual std::size_t vertex_count() const = 0;
@@ -154,14 +154,13 @@ class BackMesh {
 /// gradients in the elements. Without `sampled`, `sample_edges` returns zero gradients.
 enum class StoredGradients : std::uint8_t {
     recovered,
-    sampled,  ///< for `sample_edges`, whose gradients determine the offsets of edge nodes
+    sampled,
     all,
 };
 
 /// Makes a field from log-metrics at the vertices of a straight mesh (paper, §1.2). It is linear in each element, and
-/// constant along the normal beyond the boundary. Recovered gradients interpolate volume-weighted means over the
-/// elements around each vertex. On standalone surface meshes, an element id is the number of a triangle. Errors: not
-/// one row per vertex; those of `neighbours`; stopped.
+/// constant along the normal beyond the boundary. On standalone surface meshes, an element id is the number of a
+/// triangle. Errors: not one row per vertex; those of `neighbours`; stopped.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   Column<LogMetric<D>> log_metrics, const Execution& execution);
@@ -175,16 +174,15 @@ template <int D>
 /// with F = ∂x/∂X. For points outside the mesh, X is the nearest point of the straight mesh. In invalid elements, which
 /// have no inverse map, X is the last iterate of Newton's method.
 ///
-/// `sample_edges` returns gradients of log(Fᵀ M F): the metric relative to the curved edges. If all u_e are zero, the
-/// result is a straight back mesh. The memory of the edge nodes in `mesh` is released. Errors: those of
+/// `sample_edges` returns gradients of log(Fᵀ M F): the metric relative to the curved edges. Errors: those of
 /// `make_back_mesh`.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                          Column<LogMetric<D>> log_metrics, const Execution& execution,
                                                          StoredGradients stored = StoredGradients::all);
 
-/// Makes a field from the straight mesh of `back` and other log-metrics, without vertex gradients. Both fields share
-/// the data for locating points. Errors: not one row per vertex; `back` has no straight mesh (internal).
+/// Makes a field from the straight mesh of `back` and other log-metrics, without vertex gradients. Errors: not one row
+/// per vertex; `back` has no straight mesh (internal).
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetric<D>> log_metrics);
 
@@ -244,9 +242,8 @@ template <int D>
 /// docs/algorithms/metric-interpolation.md.
 ///
 /// The straight elements may be inverted. A point is located inside an element only if this is proven (`root_radius`).
-/// Points outside the mesh have the value of the nearest point of the curved boundary. Recovered gradients are linear
-/// between volume-weighted means at the vertices. `sample_edges` returns gradients in physical space, without a
-/// Jacobian. On straight meshes with logs from `nodal_logs`, results equal those of `make_back_mesh` up to rounding.
+/// Points outside the mesh have the value of the nearest point of the curved boundary. `sample_edges` returns gradients
+/// in physical space, without a Jacobian.
 ///
 /// Errors: not one row per vertex and edge; those of `neighbours`; memory; stopped.
 template <int D>
@@ -327,7 +324,7 @@ struct Quadrature {
     return rule;
 }
 
-/// Number of quadrature points per edge for reported lengths. Minimisations use fewer points.
+/// Number of quadrature points per edge for reported lengths.
 inline constexpr int report_points = 12;
 
 }  // namespace camber

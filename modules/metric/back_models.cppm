@@ -16,13 +16,12 @@ namespace camber {
 template <int D>
 using Barycentrics = std::array<double, D + 1>;
 
-/// Barycentric coordinates u_i of an element, as linear functions of the position x: Σ u_i = 1, and u_i at vertex j is
-/// δ_ij.
+/// Barycentric coordinates u_i of an element, as linear functions of the position x.
 export template <int D>
 struct ElementFrame {
     std::array<Vec<D>, D + 1> p;
     std::array<Vec<D>, D + 1> gradient;
-    int base = 0;                  ///< corner relative to which positions are measured
+    int base = 0;
     double determinant = 0;        ///< D! times the signed volume
     double condition_squared = 0;  ///< square of the factor by which rounding errors of coordinates grow in u_i
 
@@ -150,7 +149,7 @@ class StraightBack final : public BackModel<D> {
     [[nodiscard]] LogGradient<D> recovered_gradient_at(const Location<D>& location) const;
 };
 
-/// Makes a back mesh without vertex gradients. Errors: those of `make_back_mesh`.
+/// Makes a back mesh without vertex gradients.
 template <int D>
 [[nodiscard]] Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           Column<LogMetric<D>> log_metrics, const Execution& execution);
@@ -163,8 +162,6 @@ struct WeightedGradient {
 template <int D>
 [[nodiscard]] WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e);
 
-/// Returns for each vertex the volume-weighted mean of the gradients in the elements around it. Errors: memory,
-/// stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back,
                                                              const Incidence<ElementId>& balls,
@@ -207,13 +204,11 @@ class SurfaceBack final : public BackModel<3> {
     [[nodiscard]] LogGradient<3> gradient_in(ElementId triangle) const;
 };
 
-/// Errors: not one row per vertex; stopped.
 [[nodiscard]] Outcome<SurfaceBack> make_surface_back(const LinearMesh<3>& mesh, Column<LogMetric<3>> log_metrics,
                                                      const Execution& execution);
 
 /// Returns at each vertex the area-weighted log-Euclidean mean of the natural metrics of the triangles around it. Along
-/// its normal, a triangle's metric has the geometric mean of the in-plane sizes. Vertices without triangles get the
-/// identity metric.
+/// its normal, a triangle's metric has the geometric mean of the in-plane sizes.
 [[nodiscard]] Outcome<Buffer<LogMetric<3>>> natural_surface_log_metrics(const LinearMesh<3>& mesh,
                                                                         const Execution& execution);
 
@@ -373,7 +368,7 @@ struct Root {
     double radius = 0;      ///< radius of a ball around ξ with exactly one solution (maximum norm of ξ_1 … ξ_D)
     double uniqueness = 0;  ///< radius of a larger ball around ξ without a second solution
 
-    /// Bound of the error of ξ. A point counts as inside if all coordinates are ≥ −tolerance().
+    /// Bound of the error of ξ.
     [[nodiscard]] double tolerance() const {
         constexpr double least = 1e-12;
         return D * radius > least ? D * radius : least;
@@ -387,7 +382,7 @@ struct Root {
 };
 
 /// Proves by Kantorovich's theorem that F(ξ) = P_0 + r has a solution near `xi`. `inverse` is an approximate inverse
-/// Jacobian. The proof uses scaled coordinates in which thin, strongly bent elements are well proportioned.
+/// Jacobian.
 template <int D>
 [[nodiscard]] Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi,
                                   const Mat<D>& inverse);
@@ -428,8 +423,7 @@ class NodalBack final : public BackModel<D> {
   public:
     CurvedLocator<D> places;
     NodalLogs<D> logs;
-    Column<LogGradient<D>> recovered;  ///< recovered gradients: volume-weighted means over the elements around each
-                                       ///< vertex
+    Column<LogGradient<D>> recovered;
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override { return places.locate(p, hint); }
     void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const override;
@@ -445,7 +439,6 @@ class NodalBack final : public BackModel<D> {
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
-    /// Returns the gradient in physical space.
     [[nodiscard]] LogGradient<D> gradient_at(ElementId e, const std::array<double, D + 1>& xi) const;
 };
 
@@ -475,8 +468,8 @@ template <int D>
     return hint.valid() && hint.index() < mesh.elements.size() ? hint : ElementId{};
 }
 
-/// Returns the location of p if p is bitwise equal to a vertex of `e`. Fields are often sampled at the vertices of
-/// their mesh. Without this test, rounding would place half of the boundary vertices outside.
+/// Returns the location of p if p is bitwise equal to a vertex of `e`. Without this test, rounding would place half of
+/// the boundary vertices outside.
 template <int D>
 [[nodiscard]] std::optional<Location<D>> at_vertex_of(const LinearMesh<D>& mesh, ElementId e, const Vec<D>& p) {
     if (!e.valid()) return {};
@@ -526,8 +519,7 @@ template <std::size_t N>
     return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), v) - corners.begin());
 }
 
-/// Sums contributions of elements at their corners over the elements around each vertex. It works in blocks of elements
-/// to limit memory.
+/// Sums contributions of elements at their corners over the elements around each vertex.
 /// - `make(begin, end, parts)` computes the contributions of the elements [begin, end).
 /// - `add(v, each_part)` adds contributions to vertex v. `each_part(f)` calls `f(part)` for each of them, by ascending
 ///   element.

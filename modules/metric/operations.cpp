@@ -308,7 +308,6 @@ Incidence<VertexId> adjacent(const EdgeSet<D>& edges, std::size_t vertices) {
     return {Column<std::uint32_t>(std::move(offsets)), Column<VertexId>(std::move(items))};
 }
 
-/// Fast sufficient test: true if the smallest eigenvalue of `metric` is at least the largest of `spanned`.
 template <int D>
 bool surely_contained(const EigenSystem<D>& metric, const EigenSystem<D>& spanned) {
     return *std::max_element(spanned.values.c.begin(), spanned.values.c.end()) <=

@@ -164,8 +164,7 @@ struct GradationOptions {
 };
 
 /// Returns the metric that vertex p spans at vertex q, a limit of the sizes there. Its axes are those of the metric at
-/// p, rotated by `turn` (the rotation from p to q). The sizes grow along `pq` as `options` require. Formulas:
-/// docs/algorithms/natural-and-made-metrics.md.
+/// p, rotated by `turn` (the rotation from p to q). Formulas: docs/algorithms/natural-and-made-metrics.md.
 template <int D>
 [[nodiscard]] EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const AxesTurn<D>& turn, const Vec<D>& pq,
                                             const GradationOptions& options);
@@ -179,9 +178,8 @@ struct Graded {
 };
 
 /// Limits the growth of sizes along edges, between whose ends axes may rotate. Each sweep intersects each vertex metric
-/// with those that its neighbours span there (`spanned_metric`). Sweeps end when no metric changes. Sizes never grow.
-/// Results do not depend on threads or edge order. Errors (usage): ratio not above 1, share outside 0 to 1, columns of
-/// another mesh; stopped.
+/// with those that its neighbours span there (`spanned_metric`). Sizes never grow. Results do not depend on threads or
+/// edge order. Errors (usage): ratio not above 1, share outside 0 to 1, columns of another mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Column<LogMetric<D>>& field, const GradationOptions& options,

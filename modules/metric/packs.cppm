@@ -210,8 +210,7 @@ struct RightSingularPack {
     MatPack<D> columns;
     MatPack<D> vectors;
 };
-/// `out` must contain any orthogonal V₀ as `vectors`, and A V₀ as `columns`. The closer V₀ is to V, the fewer sweeps
-/// are needed.
+/// `out` must contain any orthogonal V₀ as `vectors`, and A V₀ as `columns`.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular_from(RightSingularPack<D> out) {
     MatPack<D>& w = out.columns;

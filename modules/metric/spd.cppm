@@ -175,7 +175,7 @@ struct SpectralMetric {
     return exp((a + b) / 2) * ratio;
 }
 
-/// Returns the same Φ(a, b) for known e^a and e^b. Exponentials are computed only if a and b are close.
+/// Returns the same Φ(a, b) for known e^a and e^b.
 [[nodiscard]] inline double exp_divided_difference(double a, double b, double exp_a, double exp_b) {
     return std::abs(a - b) > 0.1 ? (exp_a - exp_b) / (a - b) : exp_divided_difference(a, b);
 }
@@ -204,7 +204,6 @@ template <int D>
     return congruence(s.vectors, inner_part);
 }
 
-/// M has fewer correct digits than log M, so lengths are measured with `SpectralMetric`.
 template <int D>
 [[nodiscard]] inline Metric<D> exp(const LogMetric<D>& log_metric) {
     EigenSystem<D> e = eigen_system(log_metric.l);
@@ -318,7 +317,6 @@ struct LagrangeLogs {
     friend bool operator==(const LagrangeLogs&, const LagrangeLogs&) = default;
 };
 
-/// Returns the virtual log-metrics of form (4): the Bézier coefficients of the Lagrange interpolant.
 template <int N, int K, int D>
 [[nodiscard]] inline BezierLogs<N, K, D> virtual_logs(const LagrangeLogs<N, K, D>& nodes) {
     BezierLogs<N, K, D> out;

@@ -18,7 +18,6 @@ inline constexpr double shortest_unit_edge = 0.70710678118654752;
 inline constexpr double longest_unit_edge = 1.4142135623730951;
 
 /// Metric M = rowsᵀ rows for measuring lengths. Its rows are sqrt(λ_i) r_iᵀ for eigenvalues λ_i and eigenvectors r_i.
-/// Accurate at any anisotropy (see SpectralMetric).
 template <int D>
 struct MeasuringMetric {
     std::array<Vec<D>, D> rows{};
@@ -149,7 +148,7 @@ template <int D>
 
 /// Length of a quadratic edge from the metrics at its ends, in closed form (docs/algorithms/cavity-operator.md).
 /// `offset` is the vector from the chord's middle to the edge node. For straight edges between metrics with common
-/// axes, the length is the `logarithmic_mean`. Otherwise Simpson's rule adds a correction for the middle.
+/// axes, the length is the `logarithmic_mean`.
 template <int D>
 [[nodiscard]] double quadratic_edge_length(const EdgeEndMetric<D>& a, const EdgeEndMetric<D>& b, const Vec<D>& chord,
                                            const Vec<D>& offset) {
@@ -181,7 +180,7 @@ template <int D>
 using VertexLogMetrics = std::array<LogMetric<D>, D + 1>;
 
 /// Scaled metric M/det(M)^{1/D} = rootᵀ root at the points of `distortion_rule`. The rows of `root` are sqrt(λ_i) r_iᵀ
-/// for its eigenvalues λ_i and eigenvectors r_i. It is independent of the element's nodes.
+/// for its eigenvalues λ_i and eigenvectors r_i.
 template <int D>
 struct ElementMetric {
     std::array<std::array<Pack, D>, D> root{};  ///< root[i][c] is coordinate c of row i, one point per lane
@@ -326,8 +325,7 @@ struct BoundEffort {
 inline constexpr int max_bisections = 128;
 
 /// Bounds the minimum quality of an element by Bézier coefficients (docs/algorithms/distortion.md). The part with the
-/// lowest bound is bisected, at most `max_bisections` times. The bound converges to the minimum. It is exact at once on
-/// straight elements in a constant metric.
+/// lowest bound is bisected, at most `max_bisections` times. The bound converges to the minimum.
 template <int D>
 [[nodiscard]] QualityBound bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                                          const BoundEffort& effort = {});

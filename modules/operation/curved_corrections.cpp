@@ -44,8 +44,6 @@ void CurvedNodes<D>::begin_elements() {
     w_.optimisation_problems = 0;
 }
 
-/// Decides the validity of the new elements. If one is invalid and a removed element violates `min_jacobian`,
-/// `lowest_jacobian` replaces this bound.
 template <int D>
 void CurvedNodes<D>::judge_elements() {
     refresh_stale();
@@ -441,8 +439,8 @@ bool CurvedNodes<D>::gather_outside(ElementId e) {
     return true;
 }
 
-/// Target of the edge's node: from `goal_.target_nodes`, otherwise by `accurate_offsets`. If the goal searches for
-/// nodes, the target is the current node.
+/// Returns the target of the edge's node: the position in `goal_.target_nodes`, if there are any. Otherwise, with
+/// `goal_.search`, the current position, and without it the position by `accurate_offsets`.
 template <int D>
 Vec<D> CurvedNodes<D>::target_node_of(EdgeId edge) const {
     if (!goal_.target_nodes.empty()) return goal_.target_nodes[edge].point;
@@ -532,8 +530,8 @@ void CurvedNodes<D>::bend(const std::vector<Vec<D>>& before, const std::vector<V
     refresh_stale();
 }
 
-/// True if each element has fair quality. Elements outside the star need only be no worse than before. Strongly bent
-/// elements seldom improve later.
+/// True if each new element has at least the quality `fair_quality`. Elements outside the star may be below it if they
+/// do not get worse. Strongly bent elements seldom improve later.
 template <int D>
 bool CurvedNodes<D>::is_bent_well() {
     const double fair = shape_of_quality(fair_quality, D);

@@ -82,7 +82,7 @@ std::array<double, D + 1> place_in(const OldElement<D>& piece, const Vec<D>& p) 
     return xi;
 }
 
-/// Maps `p` from the straight to the curved shape. Negative barycentric coordinates of `p` are replaced by 0.
+/// Maps `p` to the curved element. Negative barycentric coordinates of `p` are replaced by 0.
 template <int D>
 Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi = place_in(piece, p);
@@ -119,8 +119,8 @@ struct OldPlace {
     int rank = 0;
     double least = -std::numeric_limits<double>::infinity();
 };
-/// Replaces `best` by the image of `p` on this boundary simplex if the simplex has a higher rank. At equal rank, the
-/// smallest barycentric coordinate of `p` must be larger than before.
+/// Replaces `best` by the image of `p` on this boundary simplex if `rank` exceeds that of `best`. If the ranks are
+/// equal, the smallest barycentric coordinate of `p` must exceed that of `best`.
 template <int D, int K>
 void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, edges_per_simplex<K>>& nodes,
              const Vec<D>& p, int rank, OldPlace<D>& best) {
@@ -264,7 +264,8 @@ template <int D>
 Vec<D> CurvedNodes<D>::old_place_on_sides(std::size_t s, const Vec<D>& p) const {
     OldPlace<D> best{p};
     const auto [a, b] = request_.halves;
-    // Several simplices may overlap at `p`. A simplex with the spoke's end or the split edge has a higher rank.
+    // Several simplices may overlap at `p`. Simplices that contain the spoke's end get rank 1 more, those that contain
+    // the split edge 2 more.
     const auto rank = [&](const auto& simplex) {
         const bool is_split = a.valid() && local_vertex(simplex, a) >= 0 && local_vertex(simplex, b) >= 0;
         return (local_vertex(simplex, vertex(s)) >= 0 ? 1 : 0) + (is_split ? 2 : 0);
@@ -303,7 +304,7 @@ void CurvedNodes<D>::put_on_geometry() {
         const std::optional<Vec<D>> target = target_on_geometry(s);
         if (!target) continue;
         if (request_.share == 1 && !goal_.target_nodes.empty())
-            spoke.extended = *target;  // the same as the sum below, without its rounding
+            spoke.extended = *target;  // the formula below would give `target` with a rounding error
         else
             spoke.extended += request_.share * (*target - spoke.extended);
         spoke.target = spoke.node = spoke.extended;
@@ -386,8 +387,8 @@ void CurvedNodes<D>::search_free() {
     const auto& [options, rules] = *goal_.search;
     w_.searched.clear();
     for (const std::uint32_t s : w_.free) {
-        // The search starts from the end with lower coordinates. An edge with several minima then has the same target
-        // in all cavities.
+        // The search always starts from the end whose coordinates are lower. So an edge with several minima has the
+        // same target in all cavities.
         const VertexId v = vertex(s);
         const BackVertex<D> point{request_.place, request_.metric.log_metric};
         const BackVertex<D> other{end(s), r_.vertices.metrics[v].log_metric};

@@ -35,8 +35,7 @@ struct ElementState {
     bool is_tolerated = false;  ///< the element may be invalid, because it replaces an invalid one
 };
 
-/// True if the lengths of edges that the request creates or moves are within the limits. Edges whose nodes are not
-/// placed yet are ignored.
+/// Ignores edges whose nodes are not placed yet.
 template <class ToPoint, class Nodes>
 [[nodiscard]] bool lengths_fit(std::span<const ToPoint> to_point, bool point_moves, const PatchLimits& limits,
                                const Nodes& nodes) {
@@ -49,7 +48,6 @@ template <class ToPoint, class Nodes>
     return true;
 }
 
-/// Returns the first fault of the element in the order `volume`, `height`, `quality`; `none` if it has no fault.
 template <int D>
 [[nodiscard]] RejectionReason rejection_of(const ElementState& e, QualityCriterion<D>& bar) {
     if (e.is_tolerated) return RejectionReason::none;
@@ -76,7 +74,7 @@ template <int D, class Nodes>
         }
         if (rank(reason) == rank(found.reason)) defective.push_back(j);
     };
-    if constexpr (!Nodes::is_judged_by_element) {  // checks validity first, because this needs no qualities
+    if constexpr (!Nodes::is_judged_by_element) {  // validity is checked before qualities are computed
         for (std::size_t j = 0; j < elements; ++j)
             if (nodes.is_broken(j)) add(RejectionReason::volume, j);
         if (!defective.empty()) return found;
@@ -146,7 +144,7 @@ class CurvedNodes {
     [[nodiscard]] ElementState element(std::size_t joined) const;
     /// Moves nodes of elements with this fault. Returns false if no further correction is possible.
     [[nodiscard]] bool correct(RejectionReason reason);
-    /// Moves relaxed nodes together towards their targets, if the elements stay valid and good enough.
+    /// Moves relaxed nodes together towards their targets, if the elements stay valid and keep the required quality.
     void approach();
     void set_edges(Patch<D>& patch) const;
     [[nodiscard]] int optimisation_problems() const { return w_.optimisation_problems; }
@@ -161,13 +159,13 @@ class CurvedNodes {
 
     void begin_spokes();
     /// Maps a point `p` of the straight cavity to the old curves. Uses the largest removed element that contains the
-    /// star's point and, if `v` is valid, `v`, because smaller elements may be almost flat. If there is none, uses the
-    /// element nearest to `p`.
+    /// star's point, because smaller ones may be almost flat. If `v` is valid, the element must also contain `v`. If
+    /// there is no such element, uses the element nearest to `p`.
     [[nodiscard]] Vec<D> old_place_of(const Vec<D>& p, VertexId v) const;
     [[nodiscard]] EdgeId target_edge(VertexId v) const;
     [[nodiscard]] std::optional<Vec<D>> old_edge_node(const Vec<D>& origin, VertexId v) const;
-    /// Computes the spoke's `extended`: a position on the old curves plus half of the offset of the star's point from
-    /// these curves.
+    /// Computes the spoke's `extended`: a position on the old curves plus half of the star point's offset from these
+    /// curves.
     void extend(std::size_t spoke);
     /// Maps `p` to the old curves by removed facets (for spokes on lines: by removed lines). Maps of elements would
     /// leave the surface where straight elements are inverted.
@@ -202,7 +200,6 @@ class CurvedNodes {
     [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const;
     /// Moves single nodes by linear programs. Returns true if all elements become valid.
     [[nodiscard]] bool raise();
-    /// Moves all inner nodes together; if this fails, also nodes of outer faces. Returns false if both fail.
     [[nodiscard]] bool bend_together();
     [[nodiscard]] bool bend_together(int rim);
     void gather_rim(int rim);
@@ -232,7 +229,7 @@ class CurvedNodes {
     double bound_ = 0;
     bool are_all_placed_ = false, has_raised_ = false;
     bool is_bent_ = false;
-    Vec<D> shift_{};  ///< half of the offset of the star's point from the old curves
+    Vec<D> shift_{};
     QualityCriterion<D>& bar_;
 };
 

@@ -23,7 +23,6 @@ Box<D> box_of_wall(const DynamicMesh<D>& mesh, const NodalFacet<D>& facet) {
     return box;
 }
 
-/// True if the facets do not cross. Curved facets must be proved disjoint.
 template <int D>
 bool are_clear(const DynamicMesh<D>& mesh, const NodalFacet<D>& first, const NodalFacet<D>& second) {
     if (mesh.is_curved()) return crossing_of(first, second) == Crossing::disjoint;
@@ -70,7 +69,6 @@ int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
     return count;
 }
 
-/// True if all removed and new lines lie on axis-parallel lines through `place`.
 template <int D>
 bool preserves_axes(const DynamicMesh<D>& mesh, const Patch<D>& patch, const Vec<D>& place) {
     const auto lies_on_axis = [&](std::span<const Vec<D>> points) {
@@ -155,7 +153,7 @@ bool NewFacets<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     if (patch.star.facets.empty()) return true;
     const auto added_facets = new_facets(mesh, patch);
     if (added_facets.empty() || preserves_planes<D>(mesh, patch, added_facets))
-        return true;  // new facets cover the area of the removed ones, which other patches do not cross
+        return true;  // new facets cover the same area as the removed ones, and other patches do not cross this area
     for (const NodalFacet<D>& facet : added_facets) {
         grid_.meeting(box_of_wall(mesh, facet), near_);
         for (const FacetId f : near_)

@@ -97,8 +97,8 @@ template <int D>
     return on_geometry_at_facet(goal, mesh, f, known, here);
 }
 
-/// Geometric entity of a vertex after `share` of its way to the projection `foot`. Includes parameters only if `share`
-/// is 1.
+/// Geometric entity of a vertex after it moved by `share` of its way to the projection `foot`. Includes parameters only
+/// if `share` is 1.
 template <int D>
 [[nodiscard]] GeometryPosition place_after(double share, const SurfacePoint<D>& foot) {
     return share == 1 ? place_of(foot) : GeometryPosition{foot.entity};
@@ -118,20 +118,21 @@ template <int D>
 }
 
 /// Largest distance of facets from the geometry, sampled at the middles of facets and edges, relative to each facet's
-/// longest edge. `is_near`: within the limit.
+/// longest edge. `is_near`: the distance does not exceed the limit.
 struct FacetDistance {
     double largest = 0;
     bool is_near = true;
 };
 
-/// Distance of the patch's new facets from the geometry; 0 without a geometry. The limit is `share`, or the distance of
-/// the farthest removed facet if that is larger. For edges on embedded lines, the limit is analogous.
+/// Distance of the patch's new facets from the geometry; 0 without a geometry. The limit, relative to a facet's longest
+/// edge, is `share` or, if larger, the distance of the farthest removed facet. Edges on embedded lines are checked in
+/// the same way against their curves.
 template <int D>
 [[nodiscard]] FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                    const Patch<D>& patch, double share);
 
-/// Distances of a facet from its surface, divided by their bounds (`distance_bounds`). Curved edges have two samples
-/// each, where the error of a parabola is largest. 0 without a surface or bound.
+/// Distances of a facet from its surface, divided by the facet's bounds (`distance_bounds`). Curved edges have two
+/// samples each, where the error of a parabola is largest. All values are 0 if the facet has no surface or no bound.
 template <int D>
 struct BoundShares {
     std::array<double, edges_per_simplex<D - 1>> edges{};
@@ -146,7 +147,6 @@ template <int D>
 template <int D>
 [[nodiscard]] EdgeId local_facet_edge(const DynamicMesh<D>& mesh, FacetId f, int e);
 
-/// True if the patch's new facets meet the distance bounds, or exceed them by no more than the removed facets do.
 template <int D>
 [[nodiscard]] bool meets_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
 
@@ -205,7 +205,7 @@ template <int D>
     return !(norm(facet_normal(corners)) > rounding_of(corners) * longest);
 }
 
-// Facets with the nodes of their edges; in a straight mesh, these nodes are chord middles.
+// Facets with their edge nodes; in a straight mesh, these nodes are chord middles.
 
 [[nodiscard]] inline EdgeId edge_of_facet(const DynamicMesh<2>& mesh, FacetId f) {
     const ElementId e = mesh.sides[f][0];

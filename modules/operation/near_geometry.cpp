@@ -34,7 +34,6 @@ Vec<D> point_of(const NodalFacet<D>& facet, const Barycentric<D - 1>& xi) {
     return p;
 }
 
-/// Largest distance of a facet from the surface, relative to its longest edge; 0 without a surface.
 template <int D>
 double distance_share(const Geometry<D>& geometry, Reference reference, const NodalFacet<D>& bent) {
     FacetSite<D> facet{{}, reference, {}};
@@ -86,7 +85,7 @@ bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const
     return !(after > before);
 }
 
-/// Sample positions on a facet: `PerEdge` on each edge, then the facet's middle.
+/// Sample positions on a facet: `PerEdge` positions on each edge, then the facet's middle.
 template <int D, int PerEdge>
 constexpr auto bounded_places = [] {
     constexpr int edges = edges_per_simplex<D - 1>;
@@ -213,7 +212,7 @@ bool meets_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal
     if (!goal.geometry) return true;
     const auto& references = r.mesh.facets.references;
     const Vec<D> place = place_of_point(r.mesh, patch);
-    // The edge of a new facet opposite the point also belongs to a removed facet, so it needs no check.
+    // Edges of new facets opposite the point also belong to removed facets, so they need no check.
     BoundedPoints<D> all_new(goal), removed(goal);
     for (const JoinedFacet& joined : patch.star.facets)
         if (!r.mesh.is_at_infinity(joined.facet))

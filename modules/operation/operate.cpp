@@ -34,8 +34,8 @@ RejectionReason reason_of(StarFailure failure) {
     return RejectionReason::empty;
 }
 
-/// True if the node moves by more than 0.001, and by more than 5 % of its distance from the target, in the metric of at
-/// least one end of the edge.
+/// True if the edge's node moves noticeably: in the metric of at least one end, by more than 0.001 and by more than 5 %
+/// of its distance from its target.
 template <int D>
 bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId edge, const Vec<D>& to) {
     constexpr double length = 1e-3, share = 0.05;
@@ -48,7 +48,7 @@ bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId
     });
 }
 
-/// Precondition: the patch does not change the edges.
+/// Precondition: the patch does not change the topology.
 template <int D>
 bool moves_noticeably(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
     for (const ElementId e : patch.removed.elements) {
@@ -83,8 +83,8 @@ class StraightNodes {
         : r_(judged.mesh), request_(judged.request), star_(patch.star) {}
 
     static constexpr int degree = 1;
-    static constexpr bool is_judged_by_element = true;  ///< the check ends at the first fault, because qualities cost
-                                                        ///< more than signs of volumes
+    static constexpr bool is_judged_by_element = true;  ///< the check ends at the first fault: qualities cost more than
+                                                        ///< signs of volumes
 
     void place_inner() {}
     [[nodiscard]] bool place_others() { return false; }
@@ -172,7 +172,7 @@ class OperationRunner {
             const StarDefect defect = judge_star();
             result_.rejected = defect.reason;
             if (defect.reason == RejectionReason::none) return true;
-            // Elements that do not contain the point may cause these faults.
+            // The cause may be elements that do not contain the point, so the cavity may be too large.
             const bool is_too_large = defect.reason == RejectionReason::length ||
                                       (defect.reason == RejectionReason::geometry && r_.mesh.is_surface());
             if (is_too_large && may_continue && shrink()) continue;
@@ -204,7 +204,7 @@ class OperationRunner {
         if (defect.reason == RejectionReason::none) nodes.approach();
         result_.optimisation_problems += nodes.optimisation_problems();
         if (defect.reason != RejectionReason::none) {
-            // Excludes elements that became faulty only when others were corrected.
+            // Excludes elements that became faulty only when the nodes of others were corrected.
             if (is_corrected) std::erase_if(w_.defective, [&](std::size_t j) { return !was_defective(j); });
             if (w_.defective.empty()) w_.defective.push_back(defect.joined);
             return defect;
@@ -312,7 +312,6 @@ class OperationRunner {
         }
     }
 
-    /// Rejects new facets whose normals turn too far from those of removed facets of the same smooth piece.
     [[nodiscard]] RejectionReason judge_facets() const {
         if (!out_.star.facets.empty()) find_pieces();
         const auto& removed = out_.removed.facets;

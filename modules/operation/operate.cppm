@@ -30,8 +30,8 @@ class JudgedPatch {
     [[nodiscard]] const VertexRow<D>& vertex() const { return vertex_; }
     /// True if the point moved only a part of the way to the geometry.
     [[nodiscard]] bool is_short_of_geometry() const { return is_short_; }
-    /// Qualities (`shape_of`) of reshaped elements, then of new elements in the order of `Star::joined`. Negative:
-    /// unknown.
+    /// Qualities (`shape_of`), first of the elements in `Patch::reshaped`, then of the new elements in the order of
+    /// `Star::joined`. Negative: unknown.
     [[nodiscard]] std::span<const double> shapes() const { return shapes_; }
     /// Degree 2: lengths (`length_of`) of the edges from the point to the vertices of `Star::boundary`.
     [[nodiscard]] std::span<const double> lengths() const { return lengths_; }
@@ -73,7 +73,7 @@ struct Spoke {
     bool is_extended = false;
     double share = 1;  ///< position of `node` between `extended` (0) and `target` (1)
     LineId line;       ///< for a ridge: the removed line that this edge continues
-    /// `length`: last computed length; negative: none. `measured`: the node for which it was computed.
+    /// `length`: last computed length; negative: not computed. `measured`: the node with which it was computed.
     double length = -1;
     Vec<D> measured;
 };
@@ -126,8 +126,8 @@ struct CurvedWorkspace {
     std::vector<ElementId> around;
     std::vector<OldElement<D>> old_elements;
     std::vector<FacetSite<D>> facets;
-    std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< pairs: index of a spoke, index of a new facet that
-                                                          ///< contains it
+    std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< each pair: index of a spoke, index of a new facet that
+                                                          ///< contains this spoke
     std::vector<Vec<D>> chords, offsets;
     std::vector<EndSamples<D>> ends;
     std::vector<double> lengths;
@@ -209,8 +209,8 @@ class NodeShell {
         }
         return now;
     }
-    /// Accepts `node` if certificates prove all bounds there. The bounds then hold on the whole way to `node`, because
-    /// they hold at both ends and det J is affine in the node.
+    /// Accepts `node` if certificates prove that the edge's elements meet their Jacobian bounds there. The bounds then
+    /// hold on the whole way to `node`, because they hold at both ends and det J is affine in the node.
     [[nodiscard]] std::optional<JudgedNode<D>> judged(EdgeId edge, const Vec<D>& node) const {
         const bool is_valid = std::ranges::all_of(elements, [&](const DistortedElement<D>& e) {
             return decide(NodalSimplex<D>{with_node(e, node)}, e.bound) == Verdict::valid;
@@ -262,8 +262,8 @@ struct OperationWorkspace {
     std::vector<std::size_t> pieces;  ///< smooth piece of each removed facet
     std::vector<double> shapes;
     std::vector<std::size_t> defective,
-        defective_before;  ///< elements with the last fault (`defective`), and with a fault before nodes moved
-                           ///< (`defective_before`)
+        defective_before;  ///< `defective`: elements with the last fault; `defective_before`: those with a fault before
+                           ///< nodes were corrected
     CurvedWorkspace<D> curved;
 };
 
@@ -282,7 +282,7 @@ struct OperationResult {
 /// if the request is not rejected. Signs of volumes are exact. In degree 2, straight elements may be inverted (see
 /// `CurvedNodes`).
 ///
-/// If new elements stay faulty, removed elements at their faces leave the cavity, if they may (see
+/// If new elements stay faulty, the removed elements that they replace leave the cavity, if allowed (see
 /// `fixed_element_count`). If none may leave, the element across the outer face of a faulty element joins the cavity.
 /// This is repeated at most `corrections` times.
 template <int D>
@@ -296,14 +296,13 @@ struct CommittedState {
     TopologyChanges changes;
 };
 
-/// Applies patches (`replace_cavities`) and updates all other data of the state. Only this function changes the
-/// topology. Pass the state by `std::move` to avoid a copy; an error then destroys it. Errors: those of
-/// `replace_cavities`.
+/// Applies patches (`replace_cavities`) and updates all other data of the state. Pass the state by `std::move` to avoid
+/// a copy; an error then destroys it. Errors: those of `replace_cavities`.
 template <int D>
 [[nodiscard]] Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D>> patches);
 
-/// Moves nodes without a change of topology. Patches planned before become invalid. Precondition: no two of the edges
-/// share an element.
+/// Moves edge nodes without a change of topology. Patches planned before become invalid. Precondition: no two of the
+/// nodes' edges share an element.
 template <int D>
 [[nodiscard]] Adaptation<D> commit(Adaptation<D> state, std::span<const JudgedNode<D>> nodes);
 
@@ -314,13 +313,13 @@ struct FinishedMesh {
     Column<GeometryPosition> places;  ///< see `VertexData`
 };
 
-/// Returns the mesh without free slots. It lists all corners and, in 3D, all lines at which surfaces break. These
-/// include implied lines, because the angles between facets need not show them. Errors: stopped, memory.
+/// Returns the mesh without free slots. The mesh lists all corners and, in 3D, all ridges. Ridges that the input did
+/// not list (`implied`) are included, because angles between facets need not show them. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<FinishedMesh<D>> finished(const Adaptation<D>& r, const Execution& execution);
 
 struct PassStatistics {
-    std::size_t rounds = 0;     ///< number of commits
+    std::size_t rounds = 0;     ///< number of rounds that committed patches
     std::size_t proposals = 0;  ///< number of requests; a deferred request counts each time
     std::size_t planned = 0;    ///< requests not rejected before planning
     std::size_t accepted = 0;
@@ -358,8 +357,8 @@ struct PassStatistics {
     friend bool operator==(const PassStatistics&, const PassStatistics&) = default;
 };
 
-/// A task at the mesh entity with number `id`. Tasks with the smallest `order` come first. Numbers are reused, so
-/// `Pass::candidate` must check again whether the task is necessary.
+/// A task at the mesh entity with number `id`. Tasks with the smallest `order` come first. Numbers of removed entities
+/// are reused, so `Pass::candidate` must check again whether the task is necessary.
 struct Task {
     double order = 0;
     std::uint64_t rank = 0;  ///< decides between tasks of equal order

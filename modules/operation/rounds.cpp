@@ -144,7 +144,7 @@ class PassRunner {
             const Vec<D> before = candidate->request.place;
             candidate = pass_.shortened(r_, task, share);
             if (candidate && !candidate->request.point.valid() && candidate->request.place == before)
-                return;  // same position as before: the geometry coincides with the chord
+                return;  // the position does not change, because the geometry coincides with the chord
         }
     }
     [[nodiscard]] static bool depends_on_position(RejectionReason reason) {
@@ -220,7 +220,7 @@ class PassRunner {
     Pass<D>& pass_;
     TaskQueue tasks_;
     std::vector<Task> front_, refused_;
-    std::vector<std::size_t> by_id_;  ///< indices of `front_`, sorted by entity number for locality
+    std::vector<std::size_t> by_id_;  ///< indices of the round's tasks (`front_`), sorted by entity number for locality
     const Execution& execution_;
     Claims claims_;
     NewFacets<D> new_facets_;

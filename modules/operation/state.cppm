@@ -23,7 +23,7 @@ import camber.surface;
 
 export namespace camber {
 
-/// The metric at a vertex: its logarithm, and a form prepared for measuring lengths. `back`: element of the back mesh
+/// The metric at a vertex: its logarithm, and a form for fast length computations. `back`: element of the back mesh
 /// that contains the vertex.
 template <int D>
 struct VertexMetric {
@@ -75,8 +75,8 @@ struct VertexData {
 enum class CachedPass : std::uint8_t { collapse, swap, smooth, remove };
 inline constexpr std::size_t cached_passes = 4;
 
-/// Cache of rejected requests at entities. Except for crossings with other facets, a request depends only on the
-/// elements at the vertices of its entity. So it stays rejected until one of these elements changes. Time is counted in
+/// Cache of rejected requests at entities. A request depends only on the elements at the vertices of its entity, except
+/// for crossings with other facets. So it stays rejected until one of these elements changes. Time is counted in
 /// commits.
 class RejectionCache {
   public:
@@ -148,8 +148,9 @@ struct NodeSearch {
     explicit NodeSearch(const EdgeMinimiserOptions& input) : options(input), rules(edge_rules(input)) {}
 };
 
-/// Limit of a facet's distance from the geometry: min(`largest`, `share` times the edge length). `share` limits the
-/// angle by which the surface turns along the edge.
+/// Limit of the distance of a facet or one of its edges from the geometry: min(`largest`, `share` × length). The length
+/// is that of the edge or, for the facet, of its longest edge. `share` limits the angle by which the surface turns
+/// along the edge.
 struct DistanceLimit {
     double largest = std::numeric_limits<double>::infinity();  ///< in model units
     double share = std::numeric_limits<double>::infinity();
@@ -196,8 +197,8 @@ template <int D>
 struct AdaptationGoal {
     BackMesh<D> field;
     std::optional<Geometry<D>> geometry;
-    // Degree 2: `search` determines the targets of inner nodes. Without `search`, the targets are the closed-form
-    // positions of maximum accuracy.
+    // Degree 2: if `search` has a value, it determines the targets of inner nodes. Otherwise, the targets are the
+    // positions of maximum accuracy, in closed form.
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
     /// Degree 2 with fixed topology: target of each edge's node, also on the boundary. If not empty, the targets
@@ -207,7 +208,7 @@ struct AdaptationGoal {
     /// removed facets do.
     DistanceBounds distance_bounds = {};
     EmbeddedCurves<D> curves = {};
-    /// Maximum number of elements; more are an error (memory). A too fine field must not exhaust the machine.
+    /// Maximum number of elements; more are an error (memory).
     std::size_t max_elements = max_entities;
 };
 
@@ -230,7 +231,8 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> measure_lengths(Adaptation<D>& r, const Execution& execution);
 
-/// An edge from a point to `vertex`, bent by `bent_edges`. `offset`: of its node from the chord middle.
+/// A curved edge from a point to `vertex`, computed by `bent_edges`. `offset`: vector from the chord middle to the
+/// edge's node.
 template <int D>
 struct BentSpoke {
     VertexId vertex;
@@ -250,7 +252,7 @@ struct CavityRequest {
     GeometryPosition geometry_position = {};
 
     // The members below are for degree 2.
-    LogGradient<D> gradient{};            ///< gradient of the field at `place`
+    LogGradient<D> gradient{};            ///< gradient of the metric field at `place`
     std::optional<Vec<D>> origin = {};    ///< position in the straight cavity that the removed elements map to `place`;
                                           ///< empty: `place` itself
     double share = 1;                     ///< share of its way to the geometry by which a boundary point moves
@@ -289,14 +291,14 @@ struct PatchLimits {
                                                                              ///< at the point
     /// Degree 2: minimum scaled Jacobian of new elements.
     double min_jacobian = default_bound;
-    /// Replaces `min_jacobian` if a removed element violates it.
+    /// Used instead of `min_jacobian` if a removed element violates `min_jacobian`.
     double lowest_jacobian = 0;
-    /// Precondition of `may_stay`: each new element has the vertices of a removed element.
     InvalidReplacement invalid_replacement = InvalidReplacement::refused;
-    /// Maximum number of linear programs. Each moves one inner node, if relaxation to the old curves does not suffice.
+    /// Maximum number of linear programs. If relaxation to the old curves does not make the elements valid, each
+    /// program moves one inner node.
     int optimisation_problems = 8;
-    /// Maximum number of nodes on outer faces that a joint problem moves together with all inner nodes, if the linear
-    /// programs fail. 0: no joint problem.
+    /// Maximum number of nodes on outer faces that the second joint problem may move (step 4 of `CurvedNodes`). 0: no
+    /// joint problem.
     int bend_around = 0;
     /// Maximum number of relaxed inner nodes that move together towards their targets.
     int approaching = 0;
@@ -313,20 +315,21 @@ struct PatchLimits {
 enum class RejectionReason : std::uint8_t {
     none,
     empty,
-    required,  ///< as in `StarFailure`; or a corner, or a vertex with elements outside the cavity, would move
+    required,  ///< as in `StarFailure`; or the point would move, but is a corner, is required, or has elements outside
+               ///< the cavity
     surface,
     line,
     ball,
     exists,
     volume,    ///< an element is inverted or has no volume; degree 2: violates the Jacobian bound
     quality,   ///< an element has a quality below `min_shape`
-    length,    ///< an edge at the point violates the length limits
-    geometry,  ///< facets turn too far, or are too far from the geometry
+    length,    ///< an edge at the point is too short or too long
+    geometry,  ///< new facets turn too far from the removed ones, or are too far from the geometry
     waits,     ///< conflicts with another patch; retried later
     wall,      ///< an element has two facets on one smooth, curved surface
     crossing,  ///< facets cross; degree 2: not proved disjoint
     gain,      ///< no node moves noticeably
-    height,    ///< an element is too flat: rounding of coordinates could invert it
+    height,    ///< an element is so flat that rounding of coordinates could invert it
 };
 [[nodiscard]] constexpr auto words(RejectionReason) {
     using R = RejectionReason;
@@ -476,7 +479,8 @@ class QualityCriterion {
     }
 
   private:
-    /// Lowest quality of the removed elements, minus an allowance for rounding, which depends on the order of vertices.
+    /// Lowest quality of the removed elements, minus 10⁻⁹ of it: rounding of a quality depends on the order of
+    /// vertices.
     [[nodiscard]] double worst_replaced() {
         constexpr double rounding = 1e-9;
         if (!worst_) worst_ = worst_shape_of(r_, replaced_);

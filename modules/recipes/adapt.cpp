@@ -54,7 +54,6 @@ class Loop {
     }
 
   private:
-    /// Makes mesh, solution and table row of a cycle. An invalid mesh ends the loop.
     Outcome<Done> make(int cycle) {
         const auto into = store_.begin(cycle);
         if (!into) return fail(into.error());

@@ -1,4 +1,3 @@
-// Runs of a pipeline over the blocks of a mesh
 module;
 #include <algorithm>
 #include <cstddef>
@@ -230,7 +229,7 @@ class BlockRunner {
     Report report_;
     BlocksGoal<D> goal_;
     BlockSteps<D> steps_;
-    std::size_t at_ = 0;  ///< index of the current stage
+    std::size_t at_ = 0;
     JacobianBound bound_ = {};
     RepairMethod method_ = {};
 };

@@ -1,4 +1,3 @@
-// CAD geometry of a pipeline
 module;
 #include <algorithm>
 #include <cstddef>
@@ -100,7 +99,6 @@ std::string listed(const std::vector<Reference>& references) {
     return list + (references.size() > most ? ", …" : "");
 }
 
-/// Errors (usage): a reference that is named twice, or that no facet has.
 Outcome<Done> check_references(const config::Cad& cad, const std::vector<Reference>& of_mesh) {
     for (std::size_t i = 0; i < cad.references.size(); ++i) {
         const Reference reference = cad.references[i];
@@ -130,7 +128,6 @@ struct Shares {
         return all;
     }
 };
-/// Moves references to `on_rest` whose facets lie within one material and not on the model.
 template <int D>
 Outcome<Shares> with_sheets_on_rest(Shares shares, const CadModel& model, const LinearMesh<D>& mesh,
                                     const Execution& execution) {

@@ -1,4 +1,3 @@
-// Checks of a mesh
 module;
 #include <algorithm>
 #include <array>
@@ -79,18 +78,14 @@ std::vector<std::size_t> numbers_where(std::size_t elements, auto&& chosen) {
     return numbers;
 }
 
-/// True if the straight element is inverted or flat, as in `check_element`.
 bool straight_inverted(const auto& element) {
     const auto plain = bounded_jacobian(element);
     const auto jacobian = blurred(plain) ? double_double_jacobian(element) : plain;
     return !(jacobian.straight > jacobian.error);
 }
 
-// ---------------------------------------------------------------- parts of the report, with the numbers of the file
-
 constexpr std::string_view conformity = "conformity", orientation = "orientation", nodes = "nodes",
                            boundary = "boundary", closure = "closure", walls = "walls";
-/// Category of each defect, in the order of `Defect`.
 constexpr std::array<std::string_view, defect_count> concerns{
     conformity, conformity, conformity, boundary,    boundary,    boundary,    nodes,    nodes,    orientation,
     boundary,   conformity, nodes,      orientation, orientation, orientation, boundary, boundary, boundary,
@@ -182,8 +177,6 @@ OverlapsReport overlaps_report(const LinearMesh<D>& original, const Overlaps<D>&
     }
     return report;
 }
-
-// ---------------------------------------------------------------- the check, step by step
 
 template <int D>
 class Checker {

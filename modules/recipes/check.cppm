@@ -55,8 +55,6 @@ struct FieldErrors {
     }
 };
 
-// ---------------------------------------------------------------- checks: `camber check`
-
 /// The default bound is 0, not the recommended bound of runs.
 struct CheckOptions {
     double min_scaled_jacobian = 0;
@@ -363,8 +361,7 @@ template <int D>
 
 namespace camber::run {
 
-/// Steps: classify, then interpolate for each expression. Errors: those of the expressions and of
-/// `interpolation_error`.
+/// Steps: classify, then interpolate for each expression. Errors: of the expressions and of `interpolation_error`.
 template <int D>
 [[nodiscard]] Outcome<std::vector<FieldErrors>> field_errors(const QuadraticMesh<D>& mesh,
                                                              const Column<float>& min_scaled_jacobian,

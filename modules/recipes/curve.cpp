@@ -1,4 +1,3 @@
-// Stages that curve edges, surfaces and vertices, and insert nodes again
 module;
 #include <algorithm>
 #include <array>
@@ -230,8 +229,7 @@ Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh
 
 namespace {
 
-/// Moves the node of each edge by the mean displacement of its ends, so that the edge keeps its shape. The node of a
-/// straight edge is at the chord's middle.
+/// Moves the node of each edge with the mean of its ends, so that the edge keeps its shape.
 template <int D>
 Outcome<Column<LagrangeNode<D>>> nodes_along(const QuadraticMesh<D>& mesh, const Column<Vec<D>>& points,
                                              const Execution& execution) {
@@ -291,7 +289,6 @@ Outcome<Done> move_vertices(Runner<D>& run) {
 
 namespace {
 
-/// Rejects options of `relax` that cavities do not use, unless they have default values.
 Outcome<Done> check_options(const config::Reinsert& options) {
     const config::Relax defaults;
     std::string foreign;

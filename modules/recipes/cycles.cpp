@@ -62,7 +62,6 @@ void set_complexity(config::Pipeline& pipeline, double complexity_target) {
     }
 }
 
-/// Complexity halfway (in the logarithm) to that of the mesh with `elements_before`, or 10 % less if the two are close.
 double smaller_step(double complexity, std::size_t elements_before, std::size_t elements) {
     constexpr double least_change = 0.9;
     const double ratio =
@@ -95,7 +94,6 @@ bool is_like(const CycleRow& a, const CycleRow& b) {
            a.error_of == b.error_of;
 }
 
-/// True if `a` satisfies all requirements and `b` does not; otherwise, if the error of `a` is smaller.
 bool is_better(const CycleRow& a, const CycleRow& b, const config::Adaptation& adapt) {
     const auto of_a = error_of_mesh(a, adapt), of_b = error_of_mesh(b, adapt);
     if (!of_a || !of_b) return false;

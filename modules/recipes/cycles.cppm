@@ -50,8 +50,7 @@ struct InputDegree {
     int degree = 0;                          ///< 0: any
     std::string_view option = "the degree";  ///< option that requires the degree, for errors
 };
-/// A curved mesh is not elevated; as first mesh it is validated without changes. Errors of the result (input): not the
-/// required degree.
+/// A curved mesh is not elevated; as first mesh it is only validated. Errors of the result (input): wrong degree.
 [[nodiscard]] Fit fit_of_cycle(int cycle, const InputDegree& required = {});
 
 /// Errors (usage): stages and options that cannot be repeated in cycles.
@@ -157,11 +156,8 @@ struct CycleRun {
 /// Reason to stop: the minimum error has not fallen, or, without errors, meshes come no closer to unit meshes in the
 /// metric of their solution. Empty: more cycles are needed.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
-/// Notes: the result is not the last mesh; its boundary is too far from the geometry; unit edges or the minimum quality
-/// fell.
+/// Notes if the result is not the last mesh, its boundary is too far away, or unit edges or the minimum quality fell.
 [[nodiscard]] std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
-
-// ---------------------------------------------------------------- the loop of cycles over a store and a solver
 
 /// Fields are those of the solver, if it was called.
 struct FinishedCycle {
@@ -176,6 +172,8 @@ class CycleStore {
     CycleStore() = default;
     CycleStore(const CycleStore&) = delete;
     CycleStore& operator=(const CycleStore&) = delete;
+    CycleStore(CycleStore&&) = delete;
+    CycleStore& operator=(CycleStore&&) = delete;
     virtual ~CycleStore() = default;
 
     [[nodiscard]] virtual std::vector<CycleRow> rows() const = 0;

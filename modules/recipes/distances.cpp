@@ -1,4 +1,3 @@
-// Distances between a boundary and its geometry
 module;
 #include <algorithm>
 #include <cstddef>
@@ -44,7 +43,6 @@ void add_sides(const Geometry<D>& geometry, const GeometryEntity& entity, Entity
     if (kinds.size() < 2 || kinds[0] == kinds[1]) report.beside.clear();
 }
 
-/// Text for messages: "CAD model wing.step, surrogate".
 std::string name_of(const config::Geometry& geometry, const std::vector<EntityReport>& entities) {
     if (std::holds_alternative<config::Straight>(geometry)) return "straight facets";
     if (std::holds_alternative<config::Analytic>(geometry)) return "analytic surfaces";

@@ -1,4 +1,3 @@
-// Errors of the interpolants of a field, by kinds of elements; errors of cycles
 module;
 #include <algorithm>
 #include <array>
@@ -29,7 +28,6 @@ namespace {
 
 constexpr double max_hops = 8;
 
-/// Returns 1 for each vertex on a face of a single element.
 template <int D>
 Outcome<std::vector<std::uint8_t>> boundary_vertices(const LinearMesh<D>& mesh, const Execution& execution) {
     std::vector<std::uint8_t> on(mesh.points.size(), 0);
@@ -49,7 +47,6 @@ Outcome<std::vector<std::uint8_t>> boundary_vertices(const LinearMesh<D>& mesh, 
     return on;
 }
 
-/// Number of edges between each vertex and the boundary, at most `max_hops`.
 template <int D>
 Outcome<std::vector<double>> hops_of_vertices(const QuadraticMesh<D>& mesh, const Execution& execution) {
     auto on = boundary_vertices(mesh.linear, execution);
@@ -84,7 +81,6 @@ Bins boundary_bins() {
     return {{1, 2, 3, 5, max_hops}, {"0: touches it", "1", "2", "3 or 4", "5 to 7", "8 and above"}};
 }
 
-/// `kinds`: one value per element.
 std::vector<ErrorBin> binned(const Bins& bins, std::span<const double> kinds, const InterpolationError& errors) {
     std::vector<ErrorBin> all;
     all.reserve(bins.ranges.size());

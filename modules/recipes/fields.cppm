@@ -113,7 +113,6 @@ template <class T>
 inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
-/// True for maps from names or numbers to values.
 template <class T>
 inline constexpr bool is_map = false;
 template <class T>
@@ -163,8 +162,6 @@ void each_shown_field(const S& report, Reported of, const Visit& visit) {
         visit(field, value);
     });
 }
-
-// ---------------------------------------------------------------- structs of lower modules
 
 template <>
 struct FieldsOf<Group> {

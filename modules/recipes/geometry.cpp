@@ -1,4 +1,3 @@
-// Geometry of a pipeline: analytic, of CAD, or of the mesh itself
 module;
 #include <algorithm>
 #include <array>

@@ -1,4 +1,3 @@
-// Histograms
 module;
 #include <algorithm>
 #include <array>
@@ -69,7 +68,6 @@ double decimal(double m, int k) {
     return k < 0 ? m / power : m * power;
 }
 
-/// Adds these leading digits in each decade from 10^first to 10^last.
 void add_decades(std::vector<double>& limits, int first, int last, std::initializer_list<double> leads) {
     for (int k = first; k < last; ++k)
         for (const double lead : leads) limits.push_back(decimal(lead, k));

@@ -1,4 +1,3 @@
-// The boundary of a mesh, and its distance from a geometry
 module;
 #include <algorithm>
 #include <array>

@@ -184,8 +184,6 @@ struct Inspected {
 [[nodiscard]] Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry,
                                                   const InspectOptions& options, const StepWrapper& around);
 
-// ---------------------------------------------------------------- contents of files: `camber info`
-
 struct FieldInfo {
     std::string name;
     std::string_view at, kind;

@@ -1,4 +1,3 @@
-// The stage measure
 module;
 #include <algorithm>
 #include <array>
@@ -214,7 +213,7 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const Runner<D>& run, 
     return measured;
 }
 
-/// Elements that overlap in the final mesh. `crossings`: of the mesh; if empty, those of a quadratic mesh are computed.
+/// `crossings`: of the mesh; if empty, those of a quadratic mesh are computed.
 template <int D>
 Outcome<OverlappingReport> measure_overlaps(const State<D>& state, const std::optional<Crossings>& crossings,
                                             const Execution& execution) {

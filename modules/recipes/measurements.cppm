@@ -81,8 +81,6 @@ struct Histogram {
 
 [[nodiscard]] const Series* find_series(const Histogram& histogram, std::string_view name);
 
-// ---------------------------------------------------------------- distances of a boundary from its geometry
-
 struct OneWayReport {
     std::size_t samples = 0;
     double largest = 0, mean = 0;
@@ -147,8 +145,6 @@ struct DistancesReport {
 template <int D>
 [[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
                                                const config::Geometry& config);
-
-// ---------------------------------------------------------------- solutions
 
 struct SolutionMetricReport {
     int degree = 1;
@@ -229,8 +225,6 @@ struct TransferReport {
 
 [[nodiscard]] std::vector<std::string> solution_metric_notices(const SolutionMetricReport& report);
 
-// ---------------------------------------------------------------- memory
-
 /// Estimated peak resident memory (bytes) of elevate, curve, validate, relax and commit. It is fitted to runs with
 /// curved walls and a field that moves with them: shells with layers of 2.7·10⁵, 10⁶ and 5·10⁶ tetrahedra, annuli of
 /// 3·10⁵ and 3·10⁶ triangles. Errors are −7 % to +7 %. The objective `shape` needs 10 to 20 % less, a run without
@@ -279,8 +273,6 @@ inline constexpr double bytes_of_program = 13e6;
     return room > 0 ? static_cast<std::size_t>(room / bytes_of_element(dimension, degree)) : 0;
 }
 
-// ---------------------------------------------------------------- numbers of a file
-
 // Reports number a vertex as the file does (Gmsh: by its tag), and an element by its position in the file, from 1. A
 // different tag is reported, too.
 
@@ -311,8 +303,6 @@ using Groups = std::vector<Group>;
 
 [[nodiscard]] FileNumbers numbers_of(const DecodedMesh& mesh);
 [[nodiscard]] Groups groups_of(const AnyMesh& mesh);
-
-// ---------------------------------------------------------------- order of stages
 
 /// Each value includes the one before.
 enum class RunContent : std::uint8_t {

@@ -1,4 +1,3 @@
-// Metrics of a pipeline
 module;
 #include <algorithm>
 #include <array>
@@ -199,8 +198,7 @@ Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricI
 
 namespace {
 
-/// Row in the file of each vertex and edge of the mesh, from 1; 0: none. Empty if the file has another number of rows
-/// than nodes.
+/// Row in the file of each vertex and edge, from 1; 0: none. Empty if the file has another number of rows than nodes.
 template <int D>
 std::vector<std::uint32_t> rows_of_nodes(const Mesh<D>& mesh, const Column<std::uint32_t>& numbers, std::size_t rows) {
     const std::size_t nodes = count_nodes(mesh);
@@ -433,7 +431,6 @@ Outcome<SourcedMetric<D>> log_metrics_of(const MetricInput<D>& input, const conf
     return result;
 }
 
-/// Adds complexity and largest anisotropy to the report.
 template <int D>
 Outcome<SourcedMetric<D>> with_extent(const LinearMesh<D>& mesh, SourcedMetric<D> metric, const Execution& execution) {
     const auto volume = complexity(mesh, metric.log_metrics, part_of(execution, 0, 0.7));

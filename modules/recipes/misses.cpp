@@ -1,4 +1,3 @@
-// Reasons why a result is not the requested one
 module;
 #include <algorithm>
 #include <cmath>
@@ -65,7 +64,6 @@ std::string overlap_message(const Report& report) {
 
 namespace {
 
-/// "3, 17, 18 and 240 more".
 std::string listed(const std::vector<std::size_t>& elements) {
     constexpr std::size_t shown = 10;
     std::string text = fmt::format("{}", fmt::join(elements | std::views::take(shown), ", "));
@@ -73,7 +71,6 @@ std::string listed(const std::vector<std::size_t>& elements) {
     return text;
 }
 
-/// Options that make the remaining elements valid, if some are known; else empty.
 std::string remedies_of_elements(const Report& r) {
     if (!r.input_boundary || r.remaining.empty()) return {};
     std::vector<std::string> ways;
@@ -112,7 +109,6 @@ std::string elements_missed(const Report& r) {
     return line;
 }
 
-/// "vertex 12 at (1, 0, 0.5)", "edge 12 to 40 near (1, 0, 0.5)".
 std::string place_of(const DeviationReport& d) {
     const std::string entity = d.vertices[1] == 0 ? fmt::format("vertex {} at", d.vertices[0])
                                                   : fmt::format("edge {} to {} near", d.vertices[0], d.vertices[1]);
@@ -193,8 +189,6 @@ std::string recommended_bound_note(const Report& r) {
         r.elements_below_bound.size(), r.elements_below_bound.size() == 1 ? "element is" : "elements are",
         r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
 }
-
-// ---------------------------------------------------------------- answers of checks
 
 namespace {
 

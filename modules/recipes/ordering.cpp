@@ -55,7 +55,6 @@ bool changes_mesh(const config::Stage& stage) {
 struct RowTag;
 using RowId = Id<RowTag>;
 
-/// Original row of each row, for entities of several kinds whose rows follow each other.
 class RowsBefore {
   public:
     template <class EntityId>

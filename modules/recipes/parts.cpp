@@ -1,4 +1,3 @@
-// Parts of reports, and fields of the result
 module;
 #include <algorithm>
 #include <array>
@@ -272,7 +271,6 @@ bool positive_definite(const EigenSystem<D>& system) {
     return std::all_of(system.values.c.begin(), system.values.c.end(), [](double x) { return x > 0; });
 }
 
-/// Mean of two rows of a field: log-Euclidean for metrics, arithmetic for others.
 template <int D>
 void mean_row(FieldKind kind, const double* a, const double* b, double* to) {
     const auto width = static_cast<std::size_t>(values_per_vertex(kind, D));

@@ -1,4 +1,3 @@
-// Stages that repair and validate
 module;
 #include <algorithm>
 #include <array>
@@ -108,7 +107,6 @@ bool holds(const Repaired<D>& repaired, const JacobianBound& bound) {
     return validation.not_positive.empty() && (!bound.is_explicit || validation.invalid + validation.undecided == 0);
 }
 
-/// Rounds up to three digits.
 double rounded_up(double x) {
     const double digit = pow(10, std::floor(log10(x)) - 2);
     return std::ceil(x / digit) * digit;
@@ -238,7 +236,6 @@ RemeshedNodesReport remeshed_nodes(CurvingAim aim) {
     return {.objective = std::string(word_of(objective))};
 }
 
-/// True if a stage after the last pass places the nodes of inner edges again.
 bool places_nodes_anew(const config::Pipeline& pipeline) {
     bool anew = false;
     for (const config::Stage& stage : pipeline.stages)

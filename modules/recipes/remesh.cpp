@@ -1,4 +1,3 @@
-// The stage remesh
 module;
 #include <algorithm>
 #include <cstddef>
@@ -55,7 +54,6 @@ std::optional<double> longest_edge_left(std::span<const config::Stage> stages) {
     return least;
 }
 
-/// Simplices that passes change: elements, or triangles of a standalone surface mesh.
 struct RemeshedSimplices {
     std::size_t count = 0;
     int dimension = 0;
@@ -111,8 +109,7 @@ const LinearMesh<D>& linear_of(const QuadraticMesh<D>& mesh) {
     return mesh.linear;
 }
 
-/// Prepares `mesh` for passes: `begin(by, execution)` returns Outcome<Remeshing>, and `measure(log_metrics, execution)`
-/// returns Outcome<UnitMesh>.
+/// Prepares `mesh` for passes. begin(by, execution) and measure(log_metrics, execution) return Remeshing and UnitMesh.
 template <int D, class Mesh>
 Outcome<Done> start_changing(Runner<D>& run, const Mesh& mesh, OwnField<D> field, const auto& begin,
                              const auto& measure) {
@@ -165,7 +162,6 @@ Outcome<Aims<D>> aims_for(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeS
     auto field = make_own_field(run, mesh, edges, *boundary);
     return aims(run, std::move(*boundary), std::move(field), remeshed_simplices(mesh), 1);
 }
-/// Moves boundary nodes onto prescribed surfaces, unless a stage has placed them.
 template <int D>
 Outcome<Done> put_nodes_onto(Runner<D>& run, const Boundary<D>& boundary) {
     Quadratic<D>& state = run.quadratic();

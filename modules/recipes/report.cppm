@@ -19,8 +19,7 @@ import :measurements;
 /// Report of a run: plain numbers, printed as a table and written as report.json.
 export namespace camber::run {
 
-/// Format number of report.json, check --json and geometry --json. It increases when a key is removed, renamed or
-/// redefined.
+/// Format number of report.json, check and geometry --json. It increases when a key is removed, renamed or redefined.
 inline constexpr int report_format = 5;
 
 struct OriginReport {
@@ -155,7 +154,6 @@ struct Report {
         if (!validity) return 0;
         return validity->invalid + validity->undecided + (validity->is_explicit ? validity->below_bound : 0);
     }
-    /// True if boundary nodes and vertices are within the tolerance of their geometry.
     [[nodiscard]] bool is_boundary_within_bounds() const {
         const auto holds = [](const std::optional<DeviationReport>& d) { return !d || d->off == 0; };
         return !boundary || (holds(boundary->node_deviation) && holds(boundary->vertex_deviation));
@@ -192,8 +190,6 @@ struct Report {
 /// "elements overlap in 3 places …"; empty: no overlap.
 [[nodiscard]] std::string overlap_message(const Report& report);
 
-// ---------------------------------------------------------------- parts that several steps add
-
 using Notices = std::vector<std::string>;
 
 struct VerdictsReport {
@@ -225,8 +221,6 @@ void add(Report& report, const CorrectionReport& part);
 /// Sums counts of passes of one kind.
 void add(Report& report, const PassReport& part);
 void add(std::vector<Histogram>& all, std::vector<Histogram> part);
-
-// ---------------------------------------------------------------- closeness to a unit mesh
 
 template <class R>
 struct MeasuredInMetric {

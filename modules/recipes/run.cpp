@@ -89,7 +89,6 @@ Mesh<D> taken_mesh(State<D>& state) {
     return as_mesh(std::move(std::get<LinearMesh<D>>(state.mesh)));
 }
 
-/// Finishes the mesh before each stage that is not a pass.
 template <int D, class Options>
 Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
     if constexpr (!changes_topology<Options>())
@@ -97,7 +96,6 @@ Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
     return apply(run, stage);
 }
 
-/// Converts the CAD model to the unit of the mesh, if the config requires it.
 template <int D>
 Outcome<GeometrySource> source_in_unit(const Mesh<D>& mesh, const config::Geometry& geometry, GeometrySource source,
                                        const StepWrapper& around) {
@@ -116,7 +114,6 @@ struct PreparedRun {
     State<D> state;
     RunSources<D> sources;
 };
-/// Steps: prepare, unit. Errors: those of prepare_stage and in_unit_of_mesh.
 template <int D>
 Outcome<PreparedRun<D>> prepared_run(StageInputs<D> input, RunSources<D> sources, const config::Pipeline& pipeline,
                                      std::span<const config::Stage> stages, const StepWrapper& around) {
@@ -262,7 +259,6 @@ void take_as_straight(const config::Pipeline& pipeline, DecodedMesh& mesh) {
     mesh.notices.push_back({"the mesh is of degree 2 and straight: new nodes of its edges are computed"});
 }
 
-/// Runs the steps before the first pass (at most `elevate`), and predicts its result.
 template <int D>
 Outcome<std::optional<Growth>> growth_on(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
                                          const StepWrapper& around) {
@@ -346,7 +342,6 @@ bool is_curved(const AnyMesh& mesh) {
     return std::visit([](const auto& m) { return !has_straight_edges(m); }, mesh);
 }
 
-/// Null: unknown format.
 const MeshFormat* format_of(const config::Output& output) {
     if (output.mesh.empty()) return nullptr;
     if (output.partition > 0 && output.mesh.ends_with(".pvtu")) return format_with_name(mesh_formats(), "vtu");
@@ -390,7 +385,6 @@ bool preserves_elements(const config::Pipeline& pipeline) {
 
 namespace {
 
-/// Replaces numbers of remaining elements and deviations by those of the file.
 void name_places(Report& report, const FileNumbers& numbers) {
     const int dimension = report.mesh.is_standalone_surface() ? 2 : report.mesh.dimension;
     for (RemainingReport& r : report.remaining) {

@@ -74,8 +74,6 @@ class Runner {
     const StepWrapper& around_;
 };
 
-// ---------------------------------------------------------------- steps, which change the state of a run
-
 /// One overload for each row of `step_table`. Errors: those of the step, and stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Elevate& options);
@@ -160,7 +158,7 @@ void report_metric(Runner<D>& run, MetricReports metric_report);
 template <int D>
 [[nodiscard]] Outcome<std::optional<Growth>> requested_growth(Runner<D>& run);
 
-/// Field for the passes of the config on the current mesh. Errors: those of describe_boundary and make_own_field.
+/// Field for the passes of the config on the current mesh.
 template <int D>
 [[nodiscard]] Outcome<OwnField<D>> requested_field(Runner<D>& run);
 
@@ -196,8 +194,6 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run);
 
-// ---------------------------------------------------------------- runs
-
 struct SolutionMetricInput {
     config::SolutionMetric requested;
     std::vector<Solution> intersect;  ///< rows of its files, at the input's vertices
@@ -228,8 +224,7 @@ struct MeshRun {
     std::optional<Solution> metric = {};        ///< if the output requests it and the steps made one
     std::optional<FinishedRows<D>> rows = {};   ///< rows of this rank if the run ends in rows; the mesh is then empty
 };
-/// Prepares the mesh first. Errors: a step without its input (check_order), those of the steps with their JSON path,
-/// stopped, memory.
+/// Prepares the mesh first. Errors: those of check_order, those of the steps with their JSON path, stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<MeshRun<D>> run_steps(StageInputs<D> input, const config::Pipeline& pipeline,
                                             RunSources<D> sources, const StepWrapper& around);
@@ -245,8 +240,7 @@ struct Run {
     std::variant<std::monostate, FinishedRows<2>, FinishedRows<3>> rows = {};
 };
 
-/// True if each rank may end a run with its share of the mesh: only the mesh is requested, and blocks are the last to
-/// change it.
+/// True if ranks may end with their shares: only the mesh is requested, and blocks are the last to change it.
 [[nodiscard]] bool may_end_in_rows(const config::Pipeline& pipeline);
 
 /// True for VTU files and pages.
@@ -267,8 +261,7 @@ struct Run {
 [[nodiscard]] Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs,
                                                             const StepWrapper& around);
 
-/// Metric after the operations of a config, at the vertices of the input; no stage runs. Errors: those of the run so
-/// far.
+/// Metric after the operations of a config at the input's vertices; no stage runs. Errors: those of the run so far.
 struct MetricResult {
     Solution metric;
     MetricReport report;
@@ -287,10 +280,7 @@ struct PlanSize {
 };
 [[nodiscard]] PlanSize plan_size(const AnyMesh& mesh);
 
-// ---------------------------------------------------------------- order of the mesh
-
-// If the order of a mesh makes stages slow, it is renumbered before the first stage, and its results after the last
-// one.
+// If the order of a mesh makes stages slow, it is renumbered before the first stage, and its results after the last.
 
 /// Order to work in. None: the mesh's order is good enough, or stages change the straight mesh and so its order.
 /// Errors: memory, stopped.
@@ -311,8 +301,6 @@ template <int D>
 
 template <int D>
 [[nodiscard]] Error in_input_order(Error error, const Renumbering& order);
-
-// ---------------------------------------------------------------- meshes in blocks
 
 /// Block options of the first stage `curve`; none: no blocks are requested.
 [[nodiscard]] std::optional<CurveByBlocks> requested_blocks(const config::Pipeline& pipeline);
@@ -354,8 +342,7 @@ struct RemeshMeshOptions {
     config::GeometryBound geometry_bound = config::GeometryBound::by_default;
 };
 
-/// Remeshes a mesh of degree 1 or 2 for a metric, as `camber remesh`. Step: remesh. Errors: those of curve_mesh, but
-/// degree 2 is supported.
+/// Remeshes a mesh of degree 1 or 2 for a metric, as `camber remesh`. Errors: those of curve_mesh.
 template <int D>
 [[nodiscard]] Outcome<run::MeshRun<D>> remesh_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
                                                    const RemeshMeshOptions& options, const StepWrapper& around);

@@ -1,4 +1,3 @@
-// Solutions and their metrics
 module;
 #include <algorithm>
 #include <array>
@@ -100,7 +99,6 @@ Outcome<TransferredFields> transferred(const AnyMesh& to, const AnyMesh& from, s
     return TransferredFields{std::move(fields), {options.method, std::move(names), std::move(result->statistics)}};
 }
 
-/// Nodes of a mesh: number of vertices, and ends of the edges with nodes (none if straight).
 struct NodesOfMesh {
     std::size_t vertices = 0;
     Column<std::array<VertexId, 2>> edges;
@@ -276,7 +274,6 @@ MetricOfSolutionOptions options_of(const config::SolutionMetric& requested, bool
     return out;
 }
 
-/// Repeats the weight of each selected field for its components.
 std::vector<double> weights_of_scalars(std::span<const NamedField> fields, std::span<const NamedField> selected,
                                        const std::vector<double>& weights) {
     std::vector<double> out;
@@ -327,8 +324,7 @@ Outcome<std::vector<Column<LogMetric<D>>>> logs_of(std::span<const Solution> spe
     return out;
 }
 
-/// Names of fields whose values look randomly ordered. Errors (input): values that are certainly in another order than
-/// the nodes.
+/// Names of fields whose values look unordered. Errors (input): values certainly in another order than the nodes.
 template <int D>
 Outcome<std::vector<std::string>> unordered_fields(const QuadraticMesh<D>& mesh, std::span<const NamedField> fields,
                                                    const Execution& execution) {

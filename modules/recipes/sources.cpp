@@ -1,4 +1,3 @@
-// Stages that read, prepare, elevate and commit meshes
 module;
 #include <algorithm>
 #include <cmath>
@@ -199,8 +198,7 @@ template Outcome<SourcedMetric<3>> log_metrics_of_file<3>(const MetricFile&, std
 
 namespace {
 
-/// Prepares the mesh in the order to work in, which is faster. None if there are messages on the mesh, which refer to
-/// the input's order.
+/// Prepares the mesh in the faster order. None if there are messages on the mesh, which refer to the input's order.
 template <int D>
 Outcome<std::optional<Sound<D>>> sound_in_order(const StageInputs<D>& specified, BetterOrder order,
                                                 const Execution& execution) {

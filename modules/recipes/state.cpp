@@ -1,4 +1,3 @@
-// State of a run, and the order of steps
 module;
 #include <cstddef>
 #include <optional>
@@ -137,7 +136,6 @@ Error too_much(int degree) {
             "\"commit\"]"};
 }
 
-/// Error of a pass on a mesh whose planned nodes are not committed.
 Error not_committed(const Row& row) {
     return {ErrorKind::usage,
             "stage \"" + row.name + "\" changes the mesh, but planned positions of its nodes are not committed",

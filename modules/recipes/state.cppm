@@ -39,8 +39,6 @@ struct GeometrySource {
     std::shared_ptr<const AnyMesh> mesh = {};
 };
 
-// ---------------------------------------------------------------- state of a run between two stages
-
 /// Origin of a plan that started from the nodes of the input.
 template <int D>
 struct OwnNodes {
@@ -173,8 +171,6 @@ struct State {
 template <int D>
 [[nodiscard]] Outcome<State<D>> beginning_with(Mesh<D> mesh);
 
-// ---------------------------------------------------------------- values of several stages
-
 /// Each rank has the whole result, or its rows.
 enum class RunEnd : std::uint8_t { whole, rows };
 
@@ -285,15 +281,14 @@ template <int D>
                                                           std::span<const Reference> excluded,
                                                           const Execution& execution);
 
-/// Converts the CAD model to the unit of the mesh (camber.cad: in_unit_of), if the config has the unit "auto". Errors:
-/// stopped, memory.
+/// Converts the CAD model to the mesh's unit (camber.cad: in_unit_of) if the config has "auto". Errors: stopped,
+/// memory.
 template <int D>
 [[nodiscard]] Outcome<GeometrySource> in_unit_of_mesh(const config::Geometry& geometry, GeometrySource source,
                                                       const LinearMesh<D>& mesh, const Execution& execution);
 
 [[nodiscard]] bool lies_on_model(const config::Cad& cad, Reference reference);
-/// Vertices moved onto the CAD model; next to analytic surfaces, onto the curve of intersection. Errors: those of
-/// make_cad_mixture.
+/// Vertices moved onto the CAD model, or onto its intersections with analytic surfaces. Errors: see make_cad_mixture.
 template <int D>
 struct MovedVertices {
     Column<Vec<D>> points;
@@ -311,8 +306,7 @@ template <int D>
                                                          const SurrogateFactory<D>& surrogate,
                                                          const Execution& execution);
 
-/// Largest distances that a config allows between boundary and geometry, by reference: the chord errors of its metric
-/// and operations.
+/// Largest allowed distances of the boundary from its geometry, by reference: chord errors of metric and operations.
 [[nodiscard]] std::vector<DistanceBound> required_distances(const config::Pipeline& pipeline);
 
 /// Bounds on boundary distances of a run: those that the config requires, or else those that its metrics expect.
@@ -355,8 +349,7 @@ template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> make_log_metrics(const MetricInput<D>& input, const config::Metric& metric,
                                                          const Execution& execution);
 
-/// Metrics that are computed: of the boundary's normals, and of an analytic field. Errors (usage): a wrong dimension,
-/// values that are no sizes.
+/// Computed metrics: of normals, and of an analytic field. Errors (usage): a wrong dimension, values that are no sizes.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> make_surface_metric(const config::SurfaceMetric& metric,
                                                                 const MetricInput<D>& input,
@@ -369,8 +362,6 @@ template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricInput<D>& input,
                                                          std::span<const config::MetricOperation> operations,
                                                          const Execution& execution);
-
-// ---------------------------------------------------------------- fields on a mesh
 
 struct NamedField {
     std::string name;
@@ -419,8 +410,7 @@ struct TransferredFields {
                                                          std::vector<NamedField> fields, const TransferOptions& options,
                                                          const StepWrapper& around);
 
-/// Fields of a mesh file: at the vertices and, for degree 2, at edge nodes, where a field of degree 1 has the mean of
-/// the ends.
+/// Fields at the vertices and, for degree 2, at edge nodes, where a field of degree 1 has the mean of the ends.
 [[nodiscard]] MeshFields as_mesh_fields(const AnyMesh& mesh, std::span<const NamedField> fields);
 
 /// Values of an expression at the nodes of a mesh; on a straight one also at the middles of its edges. Errors: usage

@@ -1,4 +1,3 @@
-// Lengths of edges and qualities of elements in a metric
 module;
 #include <algorithm>
 #include <array>
@@ -29,7 +28,6 @@ double mean_of(const std::vector<double>& values) {
     return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Qualities of elements (standalone surface mesh: of triangles) in the metrics `of(vertex)`.
 template <int D>
 Outcome<Buffer<double>> straight_qualities(const LinearMesh<D>& mesh, const auto& of, const Execution& execution) {
     const auto quality = [&](const auto& vertices, auto&& measure) {
@@ -148,7 +146,6 @@ double mean(double a, std::size_t of_a, double b, std::size_t of_b) {
     return (a * static_cast<double>(of_a) + b * static_cast<double>(of_b)) / static_cast<double>(of_a + of_b);
 }
 
-/// Merges the numbers of two ranks; elements of `next` follow those of `all`.
 void add(OfRank& all, const OfRank& next) {
     if (next.edges > 0) {
         all.shortest = all.edges == 0 ? next.shortest : std::min(all.shortest, next.shortest);

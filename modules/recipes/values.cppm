@@ -103,8 +103,6 @@ struct FilePath {
 inline constexpr std::string_view in_memory = "memory:";
 [[nodiscard]] inline bool is_in_memory(std::string_view name) { return name.starts_with(in_memory); }
 
-// ---------------------------------------------------------------- the metric
-
 struct NaturalMetric {
     friend bool operator==(const NaturalMetric&, const NaturalMetric&) = default;
 };
@@ -260,8 +258,6 @@ struct Complexity {
 };
 using MetricOperation = std::variant<Intersect, Gradation, Bound, Complexity>;
 
-// ---------------------------------------------------------------- the input mesh
-
 using Shape = std::variant<ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxOptions<2>, BumpOptions>;
 
 using MeshSource = std::variant<FilePath, Shape>;
@@ -285,8 +281,6 @@ struct Input {
     }
     friend bool operator==(const Input&, const Input&) = default;
 };
-
-// ---------------------------------------------------------------- the solution
 
 struct SolutionInput : TransferOptions {
     std::string file = {};
@@ -315,8 +309,6 @@ struct SolutionInput : TransferOptions {
     }
     friend bool operator==(const SolutionInput&, const SolutionInput&) = default;
 };
-
-// ---------------------------------------------------------------- the geometry
 
 struct Surrogate {
     friend bool operator==(const Surrogate&, const Surrogate&) = default;
@@ -442,8 +434,6 @@ struct Features {
     friend bool operator==(const Features&, const Features&) = default;
 };
 
-// ---------------------------------------------------------------- the stages
-
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;
 };
@@ -508,8 +498,6 @@ struct Remesh : ToMetricOptions, RemeshBlocksOptions {
 };
 using Stage =
     std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert, Collapse, Split, Swap, Smooth, Mend, Remesh>;
-
-// ---------------------------------------------------------------- the pipeline
 
 struct Output {
     std::string mesh, report, vtu, metric, solution, plots, page;

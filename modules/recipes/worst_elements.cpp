@@ -1,4 +1,3 @@
-// The worst elements of a mesh, with reasons
 module;
 #include <algorithm>
 #include <array>
@@ -25,7 +24,6 @@ namespace camber::run {
 
 namespace {
 
-/// The n elements with the lowest scores, the worst first. Elements that are not valid precede all others.
 std::vector<std::uint32_t> find_lowest(const Column<Verdict>& verdicts, const Buffer<double>& scores, std::size_t n) {
     std::vector<std::uint32_t> order(scores.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -39,7 +37,6 @@ std::vector<std::uint32_t> find_lowest(const Column<Verdict>& verdicts, const Bu
     return order;
 }
 
-/// Calls visit(element, Bézier form) for an element, or for a triangle of a standalone surface mesh.
 template <int D>
 auto with_element(const Judged<D>& judged, std::size_t e, const auto& visit) {
     if constexpr (D == 3)
@@ -85,7 +82,6 @@ Outcome<std::vector<std::uint32_t>> find_lowest_jacobians(const Judged<D>& judge
     return find_lowest(verdicts, scores, n);
 }
 
-/// "at vertex 12", "on the edge 12-17", "in the face 12-17-3", "inside".
 template <int D>
 std::string name_place(const Barycentric<D>& at, const std::vector<std::size_t>& vertices) {
     std::string names;
@@ -110,8 +106,7 @@ struct LowPlace {
     double scaled_jacobian = 0;
 };
 
-/// Point where det J is lowest; for an invalid element, where the condition is proved to fail. None: an invalid element
-/// has no such point.
+/// Point where det J is lowest or, for an invalid element, where the condition is proved to fail; none: no such point.
 template <int K>
 std::optional<LowPlace<K>> find_low_place(const BoundedJacobian<K>& jacobian, const auto& nodes, Verdict verdict,
                                           double bound) {
@@ -124,7 +119,6 @@ std::optional<LowPlace<K>> find_low_place(const BoundedJacobian<K>& jacobian, co
     return LowPlace<K>{failure->at, flat ? failure->jacobian : failure->scaled};
 }
 
-/// Text on the element's two faces on a smooth wall; empty: none.
 template <int D>
 std::string describe_wall(const Judged<D>& judged, ElementId e) {
     const auto& walls = judged.soundness.wall_elements;

@@ -280,7 +280,6 @@ namespace {
 /// Tolerance of coplanarity, as a share of the chord.
 constexpr double flat = 1e-9;
 
-/// Returns the normal of all facets around an edge; nothing if they are not coplanar.
 std::optional<Vec<3>> plane_of(const QuadraticMesh<3>& mesh, const Column<LagrangeNode<3>>& nodes,
                                const Incidence<FacetId>& around, std::size_t e) {
     const auto& [a, b] = mesh.edges.vertices[e];

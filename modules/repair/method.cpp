@@ -161,11 +161,9 @@ struct Passes {
         return returning(edges_off_target(), max_segment_sweeps,
                          [&](EdgeId e, double) { return plan_return_on_segment(state, e); });
     }
-    /// Moves single nodes towards their targets by optimisation.
     [[nodiscard]] Outcome<Done> returns() {
         return returning(edges_off_target(), max_edge_sweeps, [&](EdgeId e, double) { return plan_return(state, e); });
     }
-    /// Moves the nodes of highest cost towards their targets, as many as `max_work` allows.
     [[nodiscard]] Outcome<Done> returns_of_costliest(double max_work) {
         const double reserved = std::max(0.0, state.work_left - max_work);
         state.work_left -= reserved;
@@ -179,7 +177,6 @@ struct Passes {
         state.work_left += reserved;
         return done;
     }
-    /// Moves all volume nodes of elements around costly edges jointly towards their targets.
     [[nodiscard]] Outcome<Done> joint_returns() {
         std::vector<ElementId> elements;
         for (const EdgeId edge : affected_edges())
@@ -367,9 +364,8 @@ Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, cons
 /// 5. The nodes of larger cavities move, then vertices in the volume, then surface nodes.
 /// 6. Nodes move back towards their targets, singly and jointly.
 ///
-/// No valid element becomes invalid. The result does not depend on the number of threads. If a vertex moves, det J must
-/// also exceed bound · |det of the original straight element|. The mean ratio of the straight element must exceed
-/// min(its previous value, 0.05). Errors: stopped.
+/// No valid element becomes invalid. If a vertex moves, det J must also exceed bound · |det of the original straight
+/// element|. The mean ratio of the straight element must exceed min(its previous value, 0.05). Errors: stopped.
 template <int D>
 Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                             const RepairOptions& options, const Execution& execution) {

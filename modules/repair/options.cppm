@@ -212,8 +212,6 @@ enum class VertexFreedom : std::uint8_t {
     sliding,
 };
 
-/// If `moves` is `never`, all vertices are fixed. Otherwise required vertices and those of fixed edges are fixed, and
-/// other boundary vertices have the freedom `of_boundary`.
 template <int D>
 [[nodiscard]] inline Buffer<VertexFreedom> vertex_freedoms(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                            VertexMoves moves, VertexFreedom of_boundary) {

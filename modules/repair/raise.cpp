@@ -25,8 +25,7 @@ constexpr double tolerated_loss = 1e-3;
 /// Share of the effort of the repair.
 constexpr double share_of_effort = 0.25;
 
-/// Restores nodes until no valid element is below both the target and its value in `before`. Elements valid in
-/// `at_bound` stay valid.
+/// Elements that are valid in `at_bound` stay valid.
 template <int D>
 Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& before, const Validation<D>& at_bound,
                               const Incidence<ElementId>& shells, const Execution& execution) {

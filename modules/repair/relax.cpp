@@ -219,9 +219,7 @@ Outcome<Done> repair_in_sweeps(Relaxing<D>& relaxing, std::vector<ElementId>& qu
     return Done{};
 }
 
-/// Correction of the paper (§3.2): multiplies the offsets of all volume edges of an invalid element by θ, later those
-/// of its surface edges. Elements that become invalid are treated in the next iteration. The loop ends, because every
-/// edge is straight after max_corrections + 1 steps.
+/// Correction of the paper (§3.2). The loop ends, because every edge is straight after max_corrections + 1 steps.
 template <int D>
 Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue) {
     const RepairOptions& options = relaxing.state.options;
@@ -305,7 +303,6 @@ Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> qu
 /// Number of steps of a node; all but the last cover half of the remaining distance.
 constexpr int restoring_steps = 4;
 
-/// Moves an invalid element towards the input element: volume nodes, then boundary nodes, then vertices.
 template <int D>
 struct Restoring {
     MovedMesh<D> moved;

@@ -135,7 +135,6 @@ class Surface {
     }
     static double lowest(const SurfaceTriangle& s) { return std::ranges::min(scaled(s)); }
 
-    /// True if triangle `of` reaches `least` and no other triangle around the edge becomes invalid or worse.
     [[nodiscard]] bool helps(std::size_t of, EdgeId edge, const Vec<3>& p, double least) const {
         for (const FacetId f : triangles_[edge]) {
             const std::size_t t = f.index();
@@ -428,8 +427,6 @@ Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> preserved
     return preserved;
 }
 
-/// Slides nodes in planes, then repairs. If elements stay invalid, also repairs without the slide, and returns the
-/// better result.
 template <int D>
 Outcome<Repaired<D>> repair_on_geometry(Within<D>& within, Repaired<D> preserved) {
     const std::vector<std::uint8_t> none(within.input.proposal().kinds.size(), 0);

@@ -106,7 +106,6 @@ EdgesAtVertices edges_at_vertices(const QuadraticMesh<D>& mesh, const Column<Edg
     return all;
 }
 
-/// Returns an edge on the surface or curve that the vertex slides on; nothing if it does not slide.
 template <int D>
 std::optional<EdgeId> edge_to_follow(const Geometry<D>& geometry, const Sites<D>& sites, const EdgesAtVertices& edges,
                                      VertexKind kind, VertexId v) {

@@ -73,7 +73,6 @@ Vec<2> along(const Plane<2>& line) {
     const Vec<2> n = unit_or(line.normal, some_direction<2>());
     return {{-n[1], n[0]}};
 }
-/// A zero normal gets the same default direction as in `foot`.
 Axes axes(const Plane<3>& plane) { return Axes(unit_or(plane.normal, some_direction<3>())); }
 Axes axes(const Sphere<3>&) { return Axes({{0, 0, 1}}); }
 Axes axes(const Cylinder& cylinder) { return Axes(cylinder.axis); }
@@ -197,7 +196,6 @@ class AnalyticModel final : public GeometryModel<D> {
     [[nodiscard]] bool prescribes_any() const override { return true; }
 
   private:
-    /// Row in `surfaces` for the hint's entity or, without an entity, for its reference; −1 if there is none.
     [[nodiscard]] std::int64_t row_of(const SurfaceHint& hint) const {
         const auto& surfaces = geometry_.surfaces;
         if (hint.entity.kind == GeometryKind::surface)
@@ -206,7 +204,7 @@ class AnalyticModel final : public GeometryModel<D> {
         if (!surface) return -1;
         const auto first =
             std::find_if(surfaces.begin(), surfaces.end(), [&](const auto& row) { return row.second == *surface; });
-        // A surface with a NaN coordinate is not equal to any surface.
+        // No surface is equal if one of its coordinates is NaN; the index is then −1.
         return first == surfaces.end() ? -1 : first - surfaces.begin();
     }
 

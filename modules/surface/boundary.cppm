@@ -52,7 +52,7 @@ template <int D>
 /// Fit of mesh vertices to one surface or curve. `off`: number of vertices that are off (see `off_limit`).
 struct VertexFit {
     std::size_t vertices = 0, off = 0;
-    std::size_t lost = 0;            ///< vertices off by more than half of their longest edge
+    std::size_t lost = 0;            ///< vertices whose distance exceeds half of their longest edge
     double largest = 0, length = 0;  ///< distance and shortest edge of the farthest vertex
     VertexId farthest = {};
 
@@ -64,7 +64,8 @@ struct VertexFit {
         const std::size_t is_lost = far <= half * edges.longest ? 0 : 1;
         add({0, 1, is_lost, far, edges.shortest, v});
     }
-    /// If vertices are equally far, `farthest` is the lowest of them, for any order of calls.
+    /// If several vertices are equally far, `farthest` becomes the lowest of them. The result does not depend on the
+    /// order of the calls.
     void add(const VertexFit& others) {
         vertices += others.vertices;
         off += others.off;
@@ -88,7 +89,7 @@ struct VertexFit {
     }
 };
 
-/// Largest accepted distance of a vertex from another boundary, relative to the longest edge of its facet.
+/// Largest accepted distance of a facet's vertex from another mesh's boundary, relative to the facet's longest edge.
 inline constexpr double fit_tolerance = 0.1;
 
 struct FitError {
@@ -96,7 +97,6 @@ struct FitError {
     VertexId vertex = {};
     Reference reference = 0;
 };
-/// Returns the error with the larger distance, or that with the lower vertex if distances are equal.
 [[nodiscard]] inline FitError worse(const FitError& a, const FitError& b) {
     if (a.distance != b.distance) return a.distance > b.distance ? a : b;
     return b.distance > 0 && b.vertex < a.vertex ? b : a;
@@ -118,7 +118,7 @@ struct BoundaryFit {
         off += others.off;
         worst = worse(worst, others.worst);
     }
-    /// Returns the largest distance if it is too large or if too many facets are off.
+    /// Returns the error of the worst facet if its distance is too large or if too many facets are off, else nothing.
     [[nodiscard]] std::optional<FitError> refused() const {
         constexpr std::size_t most = 100;
         constexpr double farthest = 0.5 / fit_tolerance;
@@ -127,10 +127,12 @@ struct BoundaryFit {
     }
 };
 
-/// Returns the node of a boundary edge without cusps. It is the edge's middle on the geometry (`middle_of`), except in
-/// two cases:
-/// - The mean offset of the ends from the geometry exceeds `off_limit` of the chord. The node is shifted by the excess,
-///   and is at most a quarter of the chord from the chord's middle. The edge then turns by at most 90 degrees.
+/// Returns a mid node for a boundary edge, such that the curved edge has no cusp. The node is the edge's middle on the
+/// geometry (`middle_of`), except in two cases:
+/// - The ends of the edge are off the geometry, and their mean offset exceeds `off_limit` of the chord. The node is
+///   shifted by
+///   the excess, and is at most a quarter of the chord from the chord's middle. The edge then turns by at most 90
+///   degrees.
 /// - The node is more than a quarter of the chord off the middle, along the chord. This offset is reduced, so that the
 ///   edge does not leave an end backwards.
 template <int D>
@@ -154,9 +156,12 @@ template <int D>
                                                               const Geometry<D>& geometry, const Execution& execution);
 
 /// Moves the nodes of edges that lie in a plane (of the geometry, or of a flat patch) by the in-plane part of `shifts`
-/// (one per edge). Required edges are fixed. Other nodes on curved surfaces are fixed because off the middle of the
-/// curve they reduce the order of approximation. Nodes of ridges, and of all boundary edges in 2D, are fixed because
-/// they could only slide along the curve. Errors: those of `boundary_nodes`; wrong row counts (internal).
+/// (one per edge). These nodes are fixed:
+/// - nodes of required edges;
+/// - nodes on curved surfaces, because a node away from the middle of its curve reduces the order of approximation;
+/// - nodes of ridges (2D: of all boundary edges), because they could only slide along the curve.
+///
+/// Errors: those of `boundary_nodes`; wrong row counts (internal).
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh,
                                                           const Column<LagrangeNode<D>>& nodes,
@@ -180,8 +185,9 @@ template <int D>
 
 /// Largest distances that count as on the geometry, as shares of the local boundary edge length.
 struct BoundaryTolerance {
-    double nodes = 1e-5;     ///< of a mid node, as share of its edge's chord
-    double vertices = 0.05;  ///< of a vertex, as share of its longest boundary edge; large because input is inexact
+    double nodes = 1e-5;     ///< for a mid node: its distance, divided by its edge's chord
+    double vertices = 0.05;  ///< for a vertex: its distance, divided by its longest boundary edge; large because input
+                             ///< is inexact
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoundaryTolerance;
@@ -248,9 +254,9 @@ template <int D>
     const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,
     const Geometry<D>& geometry, const NearBoundary<D>& near, const Execution& execution);
 
-/// Curves of a 3D mesh across which the surface is smooth. Their edges are listed in the file (also inside the volume),
-/// or are between two entities of the mesher's model. The geometry does not contain these curves, so their shape in the
-/// mesh is preserved.
+/// Curves of a 3D mesh across which the surface is smooth. Their edges are listed in the file, or are between two
+/// entities of the mesher's model. Listed edges may be inside the volume. The geometry does not contain these curves,
+/// so their shape in the mesh is preserved.
 template <int D>
 struct EmbeddedCurves {
     struct Piece {
@@ -332,8 +338,8 @@ template <int D>
 template <int D>
 struct DirectedDistance {
     std::size_t samples = 0;
-    double largest = 0, mean = 0;  ///< mean by area or length
-    Vec<D> from, to;               ///< the two points with the largest distance
+    double largest = 0, mean = 0;  ///< `mean` is weighted by area or length
+    Vec<D> from, to;               ///< the two points between which the distance is largest
     FacetId facet = {};            ///< facet of these points; for a curve, a facet beside it
 };
 
@@ -344,7 +350,7 @@ struct EntityDistances {
     std::size_t pieces = 0;             ///< number of facets, or of edges of a curve
     std::vector<Reference> references;  ///< ascending references of these facets, or of facets beside the curve
     double measure = 0;                 ///< area or length of the straight pieces
-    bool is_flat = false;               ///< the entity is a plane or line where it has facets
+    bool is_flat = false;               ///< all facets of the entity are in one plane (edges of a curve: on one line)
     DirectedDistance<D> to_geometry, to_boundary;
 };
 
@@ -352,8 +358,8 @@ template <int D>
 struct GeometryDistances {
     std::vector<EntityDistances<D>> entities;      ///< surfaces, then curves
     DirectedDistance<D> to_geometry, to_boundary;  ///< over all surfaces
-    /// Largest distances, one per facet. `of_facets`: of the facet from the geometry. `to_facets`: of the geometry's
-    /// samples whose closest facet it is; 0 without samples.
+    /// Largest distances, one per facet. `of_facets`: distance from the facet's points to the geometry. `to_facets`:
+    /// distance to the facet from the geometry's samples that are closest to this facet; 0 without such samples.
     Column<double> of_facets, to_facets;
 };
 

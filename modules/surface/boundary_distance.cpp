@@ -16,11 +16,11 @@ namespace {
 
 template <int D>
 constexpr const auto& lattice = facet_lattice<10, D>;
-/// Test points that decide whether a facet is skipped. Typical distances along an edge with parameter s are listed
-/// below. Each reaches 0.92 of its maximum at a test point.
+/// Test points that decide whether a facet is skipped. Typically, the distance between an edge and its curve varies
+/// with the edge's parameter s like one of these functions. Each function reaches 0.92 of its maximum at a test point.
 /// - s (1 − s): a straight edge
 /// - s (s − 1/2) (s − 1): a quadratic edge
-/// - s (1 − s) (s − 1/2)²: an arc through its top
+/// - s (1 − s) (s − 1/2)²: a quadratic edge through the middle of an arc
 template <int D>
 constexpr const auto& coarse_lattice = facet_lattice<5, D>;
 
@@ -155,7 +155,6 @@ double longest_edge(std::span<const FacetSite<D>> facets) {
     return longest;
 }
 
-/// Distance of a node from the geometry, or from its own node in the input if no surface is prescribed.
 template <int D>
 double node_distance(const EdgeSite<D>& site, const Vec<D>& node, const Geometry<D>& geometry,
                      std::span<const LagrangeNode<D>> own_nodes) {
@@ -254,8 +253,7 @@ class MeasuredFacets {
         add<D>(total, geometry_, facet(f), at);
     }
 
-    /// Finds the largest distance. Skips facets f for which may_exceed(f, largest distance so far) is false, and facets
-    /// that are near the geometry at the points of `coarse_lattice`.
+    /// Skips facets f for which may_exceed(f, largest distance so far) is false.
     template <class MayExceed>
     [[nodiscard]] Outcome<LargestDistance> largest(const MayExceed& may_exceed, const Execution& execution) const {
         // The facet with the farthest middle gives a bound that excludes most points of other facets.
@@ -288,8 +286,8 @@ class MeasuredFacets {
     const Geometry<D>& geometry_;
 };
 
-/// Upper bound on the distance between points of facets a and b with equal barycentric coordinates ξ; infinity if
-/// vertices differ. It uses Σ_(i<j) 2 ξ_i ξ_j ≤ (D − 1)/D.
+/// Upper bound on the distance between points of facets a and b with equal barycentric coordinates ξ; infinity if their
+/// vertices differ. The bound uses Σ_(i<j) 2 ξ_i ξ_j ≤ (D − 1)/D.
 template <int D>
 double distance_bound(const QuadraticSimplex<D - 1, D>& a, const QuadraticSimplex<D - 1, D>& b) {
     double largest = 0;

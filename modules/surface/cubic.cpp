@@ -133,7 +133,7 @@ struct Model {
 };
 
 /// Quadratic model of ½|r|² for r = F − p, where F is the simplex's point and F_a, F_ab are its derivatives. The
-/// gradient is g_a = r · F_a, the matrix H_ab = F_a · F_b + r · F_ab. The last term is omitted if H would be
+/// gradient is g_a = r · F_a, the matrix H_ab = F_a · F_b + r · F_ab. The term r · F_ab is omitted if H would be
 /// indefinite.
 template <int K, int D>
 Model<K> model_at(const CubicExpansion<K, D>& x) {
@@ -251,7 +251,7 @@ std::optional<Whitening<K>> whitening_of(const std::array<Vec<D>, K>& first) {
     if constexpr (K == 2) {
         const double b = dot(first[0], first[1]);
         const double rest = norm_squared(first[1]) - b * b / a;
-        constexpr double flat = 1e-6;  // relative to the squared length; smaller values are rounding
+        constexpr double flat = 1e-6;  // relative to |first[1]|²; smaller values of `rest` are rounding
         if (!(rest > flat * norm_squared(first[1]))) return std::nullopt;
         w[1][1] = 1 / std::sqrt(rest);
         w[1][0] = -b / a * w[1][1];
@@ -266,9 +266,9 @@ std::array<Vec<D>, K> whitened(const Whitening<K>& w, const std::array<Vec<D>, K
     return out;
 }
 
-/// True if ½|r|² with r = F − p is certainly convex over the simplex. In coordinates in which the mean Jacobian matrix
-/// J is orthonormal, eigenvalues of the Hessian JᵀJ + Σ r · F'' are at least (1 − max‖ΔJ‖)² − max|r| max‖F''‖. ΔJ is
-/// the difference from the mean. The maxima are over control points.
+/// True if ½|r|² with r = F − p is certainly convex over the simplex with the points F. Coordinates are chosen in which
+/// the mean Jacobian matrix is orthonormal. The eigenvalues of the Hessian JᵀJ + Σ r · F'' are then at least (1 −
+/// max‖ΔJ‖)² − max|r| max‖F''‖, where ΔJ is the difference of J from the mean. The maxima are over control points.
 template <int K, int D>
 bool is_distance_convex(const CubicSimplex<K, D>& simplex, const Vec<D>& p) {
     const auto gradients = control_gradients<K, D>(simplex);
@@ -454,8 +454,8 @@ struct ModelPack {
     for (int step = 0; step < max_steps && any(open); ++step) {
         const ModelPack m = model_pack_at(f, u, v, r);
         const Pack determinant = m.huu * m.hvv - m.huv * m.huv;
-        // If the second derivatives are not positive definite, the result is NaN, because `closest_from` takes another
-        // step.
+        // If the second derivatives are not positive definite, `closest_from` takes a Gauss-Newton step. This step is
+        // not computed here; the result is NaN.
         sound &= (m.huu > 0.05 * m.muu) & (determinant > 0.05 * (m.muu * m.mvv - m.muv * m.muv));
         const Pack du = (m.huv * m.gv - m.hvv * m.gu) / determinant;
         const Pack dv = (m.huv * m.gu - m.huu * m.gv) / determinant;

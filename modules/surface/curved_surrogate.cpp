@@ -28,9 +28,9 @@ constexpr std::array<std::array<Barycentric<2>, 3>, 4> pieces_of_facet<2>{
      {{{0.5, 0, 0.5}, {0, 0.5, 0.5}, {0, 0, 1}}},
      {{{0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}}}};
 
-/// The boundary of a quadratic mesh as a straight mesh: facets are cut at their nodes. Vertices keep their numbers;
-/// nodes of boundary edges follow, in the order of edges. The first piece of facet f is f × `pieces`. Pieces inherit
-/// the features, and the file's directions and breaks.
+/// The boundary of a quadratic mesh as a straight mesh: facets are cut at their nodes. Vertices keep their numbers.
+/// They are followed by the nodes of boundary edges, in the order of edges. The first piece of facet f has the number f
+/// × `pieces`. Pieces inherit the facet's features, and the directions and breaks listed in the file.
 template <int D>
 struct CutBoundary {
     static constexpr std::size_t pieces = pieces_of_facet<D - 1>.size();
@@ -325,11 +325,9 @@ std::array<Vec<D>, edges_per_simplex<D - 1>> nodes_of_piece(const CubicSimplex<D
     return nodes;
 }
 
-/// One flag per patch; 1: the patch has own curves. Some node is then off the middle of its surrogate edge, and some
-/// node is off the middle of its chord.
 template <int D>
 std::vector<std::uint8_t> patches_with_curves(const BoundaryCurves<D>& mesh, const Surrogate<D>& surrogate) {
-    constexpr double same = 1e-6;  // relative to the chord
+    constexpr double same = 1e-6;  // positions are equal if they differ by at most this share of the chord
     constexpr std::uint8_t off_surface = 1, off_chord = 2;
     std::vector<std::uint8_t> found(surrogate.flats.size(), 0);
     for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f)
@@ -363,11 +361,11 @@ Vec<2> straight_normal(const std::array<Vec<2>, 2>& c) {
 }
 Vec<3> straight_normal(const std::array<Vec<3>, 3>& c) { return normalised(cross(c[1] - c[0], c[2] - c[0])); }
 
-/// One flag per patch; 1: its curves do not belong to a smooth surface.
 template <int D>
 Outcome<std::vector<std::uint8_t>> kinked_patches(const BoundaryCurves<D>& mesh, std::span<const std::uint8_t> own,
                                                   const Execution& execution) {
-    constexpr double most = 0.25;  // relative to the turns between straight facets
+    constexpr double most = 0.25;  // largest turns between quadratic facets, relative to the turns between straight
+                                   // facets
     const auto of_curves = kinks_of<D>(
         mesh.linear, mesh.edges, mesh.features,
         [&](FacetId f, const Barycentric<D - 1>& xi) { return normal_at<D>(own_facet(mesh, f), xi); },

@@ -294,7 +294,6 @@ Part<D> measure_facet(const DistanceProblem<D>& q, const GeometryEntity& entity,
     return part;
 }
 
-/// Measures the distance of a mesh edge from its curve of the geometry, at multiples of 1/10 of the parameter.
 template <int D>
 Part<D> measure_edge(const DistanceProblem<D>& q, const PiecesOfEntities<D>& on, std::size_t e) {
     const EdgeSite<D> site = on.site(q.mesh, q.features, e);

@@ -73,7 +73,7 @@ Vec<3> away_from_edge(const LinearMesh<3>& mesh, FacetId f, const std::array<Ver
     for (const VertexId v : mesh.facets.vertices[f]) {
         if (v == edge[0] || v == edge[1]) continue;
         const Vec<3> d = near_one(mesh.points[v] - a);
-        // e × (d × e) is the perpendicular part times |e|², without the cancellation of d − (d·e)e.
+        // The part of d perpendicular to e, times |e|², without the cancellation of d − (d·e)e.
         return cross(e, cross(d, e));
     }
     return {};
@@ -110,8 +110,6 @@ Break break_at(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, s
     return turns(d0, -d1, limits.mild) ? Break::mild : Break::smooth;
 }
 
-/// Applies the edges that the file lists. Ridges of the file on the boundary are sharp at any angle. Mild turns at
-/// other edges of the file are sharp.
 void apply_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buffer<Break>& breaks) {
     for (const EdgeId e : edges.of_edges)
         if (breaks[e.index()] == Break::mild) breaks[e.index()] = Break::sharp;
@@ -121,13 +119,13 @@ void apply_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buff
     }
 }
 
-/// True if all three edges turn mildly: the facet is coarse, not a face of the model.
 bool is_coarse(const EdgeSet<3>& edges, const Buffer<Break>& breaks, FacetId f) {
     const auto& of = edges.of_facets[f];
     return std::all_of(of.begin(), of.end(), [&](EdgeId e) { return breaks[e.index()] == Break::mild; });
 }
 
-/// A mild ridge that meets no other ridge becomes smooth, because it is a fold between thin triangles.
+/// A mild ridge (slightly above the ridge angle) that meets no other ridge becomes smooth, because it is a fold between
+/// thin triangles.
 void drop_isolated_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, std::span<const EdgeId> of_facets,
                          const Buffer<Break>& breaks, Buffer<EdgeKind>& kinds) {
     std::vector<std::uint8_t> ridges(mesh.points.size(), 0);
@@ -215,10 +213,10 @@ std::array<Vec<3>, 2> directions_at(const LinearMesh<3>& mesh, FacetId f, std::s
             normalised(near_one(mesh.points[v[(i + 2) % 3]] - mesh.points[v[i]]))};
 }
 
-/// Finds tips of cones among vertices without ridges. For a triangle with unit edge vectors a and b and the angle θ
-/// between them, the integral of unit directions over the angle is (a + b) tan(θ/2). Let m be the sum over the
-/// triangles at a vertex: 0 in a plane, and along the axis at a tip, for any facet orientation. At a tip, d · m >
-/// `limit` |m| for the direction d of each edge. `limit`: sine of the ridge angle.
+/// Finds tips of cones among vertices without ridges. Let m be the integral of the unit directions into the triangles
+/// at a vertex, over the triangles' angles there. A triangle with unit edge vectors a and b and the angle θ between
+/// them contributes (a + b) tan(θ/2). In a plane m is 0; at a tip it is along the axis, for any facet orientation. At a
+/// tip, d · m > `limit` |m| for the direction d of each edge. `limit`: sine of the ridge angle.
 std::vector<std::uint8_t> find_tips(const LinearMesh<3>& mesh, const std::vector<CurveEdges>& around, double limit) {
     std::vector<Vec<3>> means(mesh.points.size());
     const auto each_corner = [&](auto&& use) {
@@ -269,7 +267,8 @@ struct ClassifiedEdges {
     const Buffer<EdgeKind>& kinds;
 };
 
-/// Walks around v from facet f until a ridge or f. The first step does not cross the edge `from`, if valid.
+/// Walks around v from facet f, until it reaches a ridge or f again. The first step does not cross the edge `from`, if
+/// valid.
 Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, VertexId v, FacetId f, EdgeId from) {
     const auto& [edges, shells, kinds] = of_mesh;
     Sheet sheet;
@@ -450,7 +449,8 @@ Vec<D> farthest(std::span<const Vec<D>> points, Measure&& measure) {
     return best;
 }
 
-/// Normal of the line (3D: plane) through points that are far apart. Bitwise equal coordinates give exact zeros.
+/// Normal of the line (3D: plane) through two (3D: three) points that are far from each other. Bitwise equal
+/// coordinates give exact zeros.
 Vec<2> spanned_normal(std::span<const Vec<2>> points) {
     const Vec<2> a = farthest(points, [&](const Vec<2>& p) { return norm_squared(p - points[0]); });
     const Vec<2> b = farthest(points, [&](const Vec<2>& p) { return norm_squared(p - a); });

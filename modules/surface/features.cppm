@@ -131,8 +131,8 @@ struct MeshBoundary {
 
 /// Fans of the boundary at its vertices. A fan is a set of facets around a vertex that are connected across edges other
 /// than ridges. A vertex inside a patch has one fan. A ridge vertex has one fan per side, even within one patch. A fan
-/// is pointed if it has no tangent plane, as at a cone's tip: at a corner, a facet turns from the angle-weighted mean
-/// normal by more than 20° (between two ridges 40°).
+/// is pointed if it has no tangent plane, as at a cone's tip. The normal of some facet then deviates from the fan's
+/// angle-weighted mean normal by more than 20° (between two ridges 40°).
 struct Fans {
     Column<std::array<std::uint32_t, 3>> of_facets;  ///< fan of each facet corner
     Incidence<FacetId> facets;
@@ -210,7 +210,8 @@ struct LocatedWarning {
 /// Limits in degrees.
 struct InspectionLimits {
     double ridge_angle = 40;
-    double near = 0.75;       ///< turns from `near` to 1/`near` times the ridge angle are near this angle
+    double near = 0.75;       ///< edges that turn by `near` to 1/`near` times the ridge angle are reported as near this
+                              ///< angle
     double knife_edge = 150;  ///< smallest turn of a knife edge
     double normals = 40;      ///< largest accepted angle between facet normal and vertex normal
 };

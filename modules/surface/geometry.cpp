@@ -254,7 +254,6 @@ typename EdgeSheet<D>::Found EdgeSheet<D>::nearest(const FacetId& facet, const V
     return {foot, is_same<D>(foot.entity, entity_) && is_finite(foot.point)};
 }
 
-/// Tangent of a curve: from its parameters if available, else a difference quotient.
 template <int D>
 Vec<D> EdgeSheet<D>::direction_at(const Found& found) const {
     const Vec<D> chord = edge_->ends[1] - edge_->ends[0];

@@ -89,8 +89,8 @@ template <int D>
     return {p[0], cross(p[1] - p[0], p[2] - p[0])};
 }
 
-/// Closest point to p on the line where the tangent planes at both feet intersect; empty if these planes are nearly
-/// parallel.
+/// Closest point to p on the line where the tangent planes at the surface points a and b intersect; empty if these
+/// planes are nearly parallel.
 [[nodiscard]] inline std::optional<Vec<3>> closest_on_both_planes(const SurfaceFoot<3>& a, const SurfaceFoot<3>& b,
                                                                   const Vec<3>& p) {
     constexpr double min_sine_squared = 0.003;
@@ -217,8 +217,8 @@ struct EntityName {
     friend constexpr bool operator==(const EntityName&, const EntityName&) = default;
 };
 
-/// Sample points of a geometry; points of an entity are consecutive. Each weight is the area or length of its point.
-/// `near`: a nearby facet, or invalid.
+/// Sample points of a geometry; points of an entity are consecutive. Each weight is the area or length that its point
+/// represents. `near`: a nearby facet, or invalid.
 template <int D>
 struct GeometrySamples {
     struct Entity {
@@ -311,10 +311,10 @@ class GeometryModel {
     /// are straight. Default: the facet's own plane if it has no surface.
     [[nodiscard]] virtual std::optional<Plane<D>> plane_at(const FacetSite<D>& facet) const;
     /// Closest point of the surface at an edge, or of the curve where two surfaces meet. Beside a surface, facets
-    /// without a surface count as planes. Between two planes, p is unchanged. Default: by `project`; for curves, also
-    /// by both tangent planes.
+    /// without a surface count as planes. Between two planes, p is unchanged. Default: uses `project`, and for curves
+    /// also the tangent planes of both surfaces.
     [[nodiscard]] virtual SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const;
-    /// Default: `on_edge` of the chord's middle.
+    /// Middle of the edge on the geometry. Default: `on_edge` of the chord's middle.
     [[nodiscard]] virtual Vec<D> middle_of(const EdgeSite<D>& edge) const;
 
     /// Distances of points[i] from a facet's surface; at[i] are the coordinates of points[i] in the curved facet.
@@ -332,8 +332,8 @@ class GeometryModel {
     /// with cheap upper bounds override this function.
     [[nodiscard]] virtual bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
                                           std::span<const double> bounds) const;
-    /// True if all facets with this reference and an invalid `id` have the same surface: one `are_within` call can
-    /// serve several facets. Default: false.
+    /// True if all facets with this reference and an invalid `id` have the same surface, so that one `are_within` call
+    /// can serve several facets. Default: false.
     [[nodiscard]] virtual bool is_one_surface(Reference reference) const;
     /// Computes points of the geometry that correspond to coordinates of a facet. They are on the facet's own piece, if
     /// the surface has pieces, else closest to the straight facet. Returns false, and writes nothing, without a
@@ -354,10 +354,10 @@ class GeometryModel {
     /// Unit normals of the surface at a facet's vertices, if any. Default: by `project`.
     [[nodiscard]] virtual std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const;
 
-    /// Default: the kind is surface or curve.
+    /// Default: the name is "surface" or "curve".
     [[nodiscard]] virtual EntityName name_of_entity(const GeometryEntity& entity) const;
-    /// Samples the whole geometry; the number of points on surfaces is approximate. Default: none, for surfaces that
-    /// are unbounded or end with the mesh (see `sample_over_mesh`). Errors: stopped.
+    /// Samples the whole geometry; the number of points on surfaces is approximate. Default: no samples, because
+    /// surfaces may be unbounded or may end with the mesh (see `sample_over_mesh`). Errors: stopped.
     [[nodiscard]] virtual Outcome<GeometrySamples<D>> sample_all(std::size_t target_count,
                                                                  const Execution& execution) const;
 
@@ -427,7 +427,7 @@ struct Sheet {
     }
 };
 
-/// The surfaces at an edge; at least one side has a surface.
+/// The distinct sheets of the facets at an edge; at least one sheet is a surface.
 template <int D>
 struct Sheets {
     std::vector<Sheet<D>> distinct;
@@ -436,13 +436,13 @@ struct Sheets {
     void add(Sheet<D> sheet) {
         const auto same = [&](const Sheet<D>& other) { return sheet.is_same(other); };
         if (std::any_of(distinct.begin(), distinct.end(), same)) return;
-        // Curved surfaces come first, because only the first two of several surfaces decide.
+        // Curved surfaces precede planes, because `foot_on_intersection` uses only the first two sheets.
         distinct.insert(sheet.plane ? distinct.end() : distinct.begin(), std::move(sheet));
     }
 };
 
-/// Returns the sheets at an edge. If owns(facet) is true, the facet's sheet is its surface of `first`, else its
-/// prescribed surface of `rest`, or its plane.
+/// Returns the sheets at an edge. The sheet of a facet is its surface of `first` if owns(facet) is true, else its
+/// surface of `rest` if that is prescribed, else its plane.
 template <int D, class Owns>
 [[nodiscard]] Sheets<D> sheets_around(const GeometryModel<D>& first, Owns&& owns, const GeometryModel<D>& rest,
                                       const EdgeSite<D>& edge) {
@@ -486,8 +486,8 @@ template <class Touching>
     return sheets[0].foot(p);
 }
 
-/// Returns the closest point at an edge between two geometries. If a facet has neither surface nor plane, rest_at() is
-/// projected instead of p. touching(): see `foot_on_intersection`.
+/// Returns the closest point to p at an edge between two geometries. If a facet has neither surface nor plane, the
+/// function projects rest_at() instead of p. touching(): see `foot_on_intersection`.
 template <int D, class RestAt, class Touching>
 [[nodiscard]] SurfaceFoot<D> foot_on_edge(const Sheets<D>& around, const Vec<D>& p, RestAt&& rest_at,
                                           Touching&& touching) {
@@ -533,9 +533,9 @@ struct SheetPosition {
     FacetId facet = {};
 };
 
-/// The surface, plane or curve on which an edge's node moves. `straight`: no surface, or a line, on which moving a node
-/// does not change the curve. The geometry and the edge must outlive this object. Points beyond the rim, on another
-/// entity or on another leaf of the surface are rejected.
+/// The surface, plane or curve on which an edge's node moves. Kind `straight`: there is no surface, or the edge is on a
+/// line, where moving a node does not change the curve. The geometry and the edge must outlive this object. A position
+/// is rejected if it is beyond the rim, on another entity, or on a part of the surface with a very different normal.
 template <int D>
 class EdgeSheet {
   public:
@@ -582,7 +582,7 @@ struct Cylinder {
     double radius = 1;
     friend bool operator==(const Cylinder&, const Cylinder&) = default;
 };
-/// `major_radius`: of the circle about the axis; `minor_radius`: of the tube.
+/// `major_radius`: radius of the circle about the axis; `minor_radius`: radius of the tube.
 struct Torus {
     Vec<3> centre, axis;
     double major_radius = 1, minor_radius = 0.25;

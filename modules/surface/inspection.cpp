@@ -233,8 +233,8 @@ std::vector<Vec<3>> normals_of(const LinearMesh<3>& mesh, const Fans& fans) {
 
 void add_fans(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3>> normals,
               const InspectionLimits& limits, std::vector<LocatedWarning<3>>& out) {
-    constexpr double even = 0.7;  // at a cone's tip, the angle of each facet is at least this share of the largest
-                                  // angle
+    constexpr double even = 0.7;  // at a cone's tip, each facet's angle with the fan's normal is at least this share of
+                                  // the largest such angle
     for (std::size_t fan = 0; fan < fans.size(); ++fan) {
         double least = 180, most = 0;
         for (const FacetId f : fans.facets[fan]) {

@@ -193,7 +193,6 @@ class MixedModel final : public GeometryModel<D> {
         return [this](const FacetSite<D>& facet) { return owner(facet.reference) == Part::first; };
     }
 
-    /// The part that owns all facets (`rest` without facets); empty if both parts own some.
     [[nodiscard]] std::optional<Part> only_part(std::span<const FacetSite<D>> facets) const {
         if (std::none_of(facets.begin(), facets.end(), owns())) return Part::rest;
         return std::all_of(facets.begin(), facets.end(), owns()) ? std::optional(Part::first) : std::nullopt;

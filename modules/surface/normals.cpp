@@ -67,8 +67,7 @@ Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::arr
 
 double angle_between(const Vec<3>& a, const Vec<3>& b) { return atan2(norm(cross(a, b)), dot(a, b)); }
 
-/// True if a facet of the fan turns from the mean normal by more than 20°, or between two ridges by more than 40°. At
-/// the end of a ridge, and where another surface ends (`is_shared`), turns are expected and do not count.
+/// At the end of a ridge, and where another surface ends (`is_shared`), facets may turn: the fan is not pointed.
 bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, bool is_shared) {
     constexpr double max_turn = 20 * std::numbers::pi / 180;
     Vec<3> mean;
@@ -320,8 +319,8 @@ FittedHeight fitted_height(const Vec<3>& origin, const Vec<3>& normal, std::span
             design(row + 1, column) = i == 0 ? 0 : slope_weight * weight * di * x[i - 1] * y[j];
             design(row + 2, column) = j == 0 ? 0 : slope_weight * weight * dj * x[i] * y[j - 1];
         }
-        // The rows are p(x, y) = z, p_x = −n_x/n_z and p_y = −n_y/n_z, for the polynomial p and the sample's normal n,
-        // with scaled x and y.
+        // The equations for the polynomial p are p(x, y) = z, p_x = −n_x/n_z and p_y = −n_y/n_z, with the sample's
+        // normal n and scaled x and y.
         right(row) = weight * at[2];
         right(row + 1) = -slope_weight * weight * frame.scale[0] * n[0] / n[2];
         right(row + 2) = -slope_weight * weight * frame.scale[1] * n[1] / n[2];
@@ -433,7 +432,8 @@ struct Fitter {
     /// one-sided fit for jumps of the curvature, a two-sided fit for a narrow side of the junction.
     [[nodiscard]] Vec<3> prescribed(std::uint32_t fan, const Vec<3>& one_sided, std::vector<Vec<3>> points) const {
         constexpr double min_agreement = 0.7;
-        constexpr double both_sides = 0.5;  // two-sided fits are more accurate, and only half of a crease shows in them
+        constexpr double both_sides = 0.5;  // factor of the tolerance for two-sided fits: they are more accurate, and
+                                            // show only half of a crease's angle
         const PrescribedNeighbour beyond = prescribed_neighbour(input.junctions, input.boundary, fans, fan, one_sided);
         if (!beyond.facet.valid() || dot(beyond.normal, one_sided) < min_agreement) return {};
         const auto agrees = [&](const Vec<3>& n, double tolerance) {

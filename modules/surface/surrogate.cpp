@@ -168,7 +168,6 @@ void bend(const SurrogateParts& parts, SurrogateEdge<3>& edge, EdgeId e, FacetId
     edge.middle = midpoint(c[0], c[3]) + 0.375 * ((c[1] - c[0]) + (c[2] - c[3]));
 }
 
-/// Bends edges beside ridges like the ridges, so that thin triangles do not fold.
 Outcome<Done> bend_beside_ridges(const SurrogateParts& parts, std::span<const EdgeId> rows,
                                  Buffer<SurrogateEdge<3>>& curves, const Execution& execution) {
     const auto row = [&](EdgeId e) {
@@ -224,9 +223,9 @@ Vec<3> fitted_centre(const SurrogateParts& parts, FacetId f, const CubicSimplex<
     return fit.degree > 0 && std::fabs(fit.height) < largest_share * size ? centre + 4.5 * fit.height * normal : centre;
 }
 
-/// Middle control point of a triangle with one pointed corner, where polynomial fits fail. The centroid is two thirds
-/// of the way from this corner to the opposite edge's middle, plus the mean offset of the other two edges from their
-/// chords there.
+/// Middle control point of a triangle with one pointed corner, where polynomial fits fail. The centroid is placed two
+/// thirds of the way from this corner to the middle of the opposite edge. To this the mean offset from the chord of the
+/// two edges at the corner is added, at two thirds of their lengths.
 Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
     const auto at = [&](double of_tip, double of_next, double of_last) {
         Barycentric<2> xi{};

@@ -61,9 +61,9 @@ template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
                                            const Barycentric<K>& start);
 
-/// Returns the closest point to p. If the squared distance is convex over the simplex (near a slightly bent one), it
-/// has one minimum. Otherwise the result is the best of three searches, from the nearest points of a lattice with
-/// spacing 1/4.
+/// Returns the closest point to p. If p is near a slightly bent simplex, the squared distance is convex over it and has
+/// one minimum. Otherwise the result is the best of three searches, which start from the nearest points of a lattice
+/// with spacing 1/4.
 template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_on(const CubicSimplex<K, D>& simplex, const Vec<D>& p);
 
@@ -124,7 +124,8 @@ struct Junctions {
     Column<std::uint8_t> prescribed;  ///< one per facet; empty: no facet is prescribed
     Column<FacetId> facets;           ///< prescribed facets with a shared vertex, ascending
     /// Unit normals of the prescribed surface at the vertices of `facets`. They are zero at vertices that are not
-    /// shared, and at breaks listed in the file: ends of ridges between both parts (2D: corners).
+    /// shared. They are also zero at breaks that the file lists between both parts: at the ends of ridges (2D: at
+    /// corners).
     Column<std::array<Vec<D>, D>> normals;
 
     [[nodiscard]] bool is_prescribed(FacetId f) const { return !prescribed.empty() && prescribed[f] != 0; }
@@ -355,8 +356,8 @@ template <int D>
 export namespace camber {
 
 struct CurvedPatches {
-    std::size_t smooth = 0;    ///< patches with own curves, approximated by a smooth surface
-    std::size_t as_read = 0;   ///< patches that keep their curved facets and kinks
+    std::size_t smooth = 0;    ///< number of patches whose curved facets are approximated by a smooth surface
+    std::size_t as_read = 0;   ///< number of patches that keep their curved facets and kinks
     double largest_angle = 0;  ///< largest turn between pieces of smooth patches, radians
     double mean_angle = 0;     ///< root mean square of these turns
 };
@@ -378,8 +379,9 @@ struct BoundaryCurves {
 /// Builds a smooth surface through the vertices and nodes of a curved boundary; `straight` is the surrogate of its
 /// straight facets.
 ///
-/// - Patches have no own curves if all nodes are on `straight` (to 1e-6 of the chord) or all are chord middles. Without
-///   own curves in any patch, the result is `straight`.
+/// - A patch has no own curves if all its nodes are on `straight` (to 1e-6 of the chord) or all are chord middles. If
+///   no
+///   patch has own curves, the result is `straight`.
 /// - Otherwise facets are cut at their nodes, and normals and tangents are fitted to vertices and nodes. Patches
 ///   without own curves go through the nodes of `straight`.
 /// - Patches of one facet, and patches whose curves are not smooth, keep the mesh's own facets exactly. Curves are not
@@ -420,12 +422,12 @@ template <int D>
 template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D> analytic);
 
-/// Two geometries: facets with a reference in `references` lie on `first`, other facets on `rest` (possibly a mixture).
-/// The curve of an edge between `first` and `rest` depends on `rest`:
-/// - `rest` is prescribed: the curve of both surfaces. For tangent surfaces, it is the rim of one of them, if numbered
-///   (a CAD face ends at an edge).
-/// - `rest` is not prescribed: the rim of `first`, if any. Without a rim, beside a plane, it is the curve of both.
-///   Otherwise `rest` is known by its nodes only, and the edge lies on `first` next to the edge of `rest`.
+/// Two geometries: facets with a reference in `references` lie on `first`, other facets on `rest` (possibly itself
+/// mixed). The curve of an edge between `first` and `rest` depends on `rest`:
+/// - `rest` is prescribed: the curve where both surfaces meet. For tangent surfaces, it is the rim of one of them, if
+///   numbered (a CAD face ends at an edge).
+/// - `rest` is not prescribed: the rim of `first`, if any. Without a rim, beside a plane, it is the curve where surface
+///   and plane meet. Otherwise the edge's curve on `rest` is projected onto `first`.
 template <int D>
 struct MixedGeometry {
     std::vector<Reference> references;

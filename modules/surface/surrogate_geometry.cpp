@@ -180,8 +180,8 @@ class SurrogateModel : public GeometryModel<D> {
         return true;
     }
 
-    /// Each search starts from the last closest point. Its distance is an upper bound; all facets are searched only if
-    /// it is too large.
+    /// Each search starts from the last closest point, whose distance is an upper bound. All facets are searched only
+    /// if this bound is too large.
     [[nodiscard]] bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
                                   std::span<const double> bounds) const override {
         if (!has_reference(facet.reference)) return true;
@@ -300,7 +300,6 @@ class SurrogateModel : public GeometryModel<D> {
     std::vector<Reference> references_;  ///< sorted, distinct
 };
 
-/// Surrogate of another mesh; its ridges need not match those of the current mesh.
 template <int D>
 class PrescribedModel final : public SurrogateModel<D> {
     using Base = SurrogateModel<D>;

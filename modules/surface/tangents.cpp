@@ -30,7 +30,6 @@ Buffer<std::uint8_t> owners_of_vertices(const LinearMesh<D>& mesh, std::span<con
     return owners;
 }
 
-/// Excludes vertices of breaks that the file lists: the boundary is not smooth there.
 void exclude_breaks(const LinearMesh<2>& mesh, const EdgeSet<2>&, const Incidence<FacetId>&,
                     std::span<const std::uint8_t>, Buffer<std::uint8_t>& owners) {
     for (const VertexId v : mesh.corners) owners[v.index()] = none;
@@ -152,7 +151,6 @@ struct Chains {
         const auto& at = around[v.index()];
         return at[0] == e ? at[1] : at[0];
     }
-    /// Returns at most four vertices that follow v along e. The walk ends at a corner, or when it returns to v.
     [[nodiscard]] std::vector<VertexId> walk(VertexId v, EdgeId e) const {
         std::vector<VertexId> out;
         VertexId at = v;
@@ -180,9 +178,9 @@ Chains<D> make_chains(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const 
     return chains;
 }
 
-/// A neighbour at the offset d = (x, y) from a vertex, with x along and y across the assumed tangent: u = |d|²/x, slope
-/// = y/x. If the tangent is off by the angle δ and the curvature is κ, then y/x = δ + κ/2 u + O(u²). On a circle y =
-/// κ/2 |d|², so the fit is exact.
+/// A neighbour of a vertex, at the offset d = (x, y) from it, with x along and y across the assumed tangent: u = |d|²/x
+/// and `slope` = y/x. If the tangent is off by the angle δ and the curvature is κ, then y/x = δ + κ/2 u + O(u²). On a
+/// circle y = κ/2 |d|², so the fit is exact.
 template <int D>
 struct Height {
     double u = 0;
@@ -206,7 +204,6 @@ std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D
     return out;
 }
 
-/// Selects two heights per side, or more of one side if the other side has fewer.
 template <int D>
 std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::vector<Height<D>>& behind) {
     const std::size_t few_ahead = std::min<std::size_t>(ahead.size(), 2),
@@ -299,7 +296,6 @@ Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, Vertex
     return t;
 }
 
-/// Returns the file's tangent at v that is nearest to the fitted tangent, if near enough; else the fitted tangent.
 template <int D>
 Tangent<D> preferred(const FileDirections<D>& file_directions, double min_cosine, VertexId v, Tangent<D> fitted) {
     double best = min_cosine;

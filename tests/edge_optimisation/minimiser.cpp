@@ -181,8 +181,10 @@ void check_minimiser() {
                          if (again.shortened) continue;
                          const double value = objective.value(again.node.point);
                          RC_ASSERT(value <= objective.value(there) * (1 + 1e-6));
-                         // Descents from different starts may end in different minima at kinks of the field.
-                         RC_ASSERT(value <= objective.value(found.node.point) * 1.1);
+                         // Kinks of the field separate several minima. Not covered: edges with samples outside the
+                         // back mesh, where the field jumps and another minimum may be 10 % larger.
+                         if (again.outside || found.outside) continue;
+                         RC_ASSERT(value <= objective.value(found.node.point) * 1.02);
                      }
                  }
              },

@@ -86,8 +86,7 @@ void check_batches() {
         for (std::size_t i = 0; i < simplices.size(); ++i) {
             const LogMetric<D> expected = natural_log_metric<D>(simplices[i]);
             const auto logs = eigen_system(expected.l).values.c;
-            const double condition =
-                std::exp((*std::ranges::max_element(logs) - *std::ranges::min_element(logs)) / 2);
+            const double condition = std::exp((*std::ranges::max_element(logs) - *std::ranges::min_element(logs)) / 2);
             // |δ log M| ≤ 2 |δB| / σ_min for B of `natural_log_metric`, and rounding makes |δB| ≈ 8 ε σ_max.
             const double bound = 16 * std::numeric_limits<double>::epsilon() * condition;
             RC_ASSERT(norm(all[i].l - expected.l) <= bound + 1e-14 * norm(expected.l));

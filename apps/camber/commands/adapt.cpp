@@ -1,4 +1,3 @@
-// Command adapt
 module;
 #include <algorithm>
 #include <array>
@@ -43,7 +42,6 @@ Outcome<Done> check_inputs(const AdaptArguments& a) {
     return Done{};
 }
 
-/// Copies the options that differ from the defaults.
 void apply_options(const config::SolutionMetric& specified, config::SolutionMetric& metric) {
     const config::SolutionMetric by_default;
     const auto put = [&](auto member) {
@@ -123,7 +121,6 @@ Outcome<Done> copied(const std::string& from, const std::string& to) {
 
 run::InputDegree required_by(const CyclesChoice& choice) { return {choice.degree, "--degree 1"}; }
 
-/// Stores the meshes, solutions and the table of cycles as files in folders.
 class CyclesInFolders final : public run::CycleStore {
   public:
     CyclesInFolders(const config::Pipeline& pipeline, CycleFolders folders)
@@ -156,9 +153,7 @@ class CyclesInFolders final : public run::CycleStore {
     Outcome<Done> deliver(int cycle) override;
 
     Outcome<run::SolverResult> solve(const run::SolverCall& call);
-    /// Notices about data that the format of the result cannot store.
     [[nodiscard]] const std::vector<Notice>& losses() const { return losses_; }
-    /// Adds to the error which cycles a later run can continue.
     [[nodiscard]] Error error_with_files(Error error) const;
     [[nodiscard]] std::string output_summary() const;
 
@@ -284,7 +279,6 @@ std::string CyclesInFolders::output_summary() const {
     return text;
 }
 
-/// Prints the table of cycles, notices and the end.
 class Printed {
   public:
     explicit Printed(const config::Adaptation& adapt) : adapt_(adapt) { say(run::cycles_head(adapt)); }
@@ -301,7 +295,6 @@ class Printed {
     /// Error of standard output, if that ended the cycles.
     [[nodiscard]] const std::optional<Error>& failed() const { return failed_; }
 
-    /// Prints notes on the result and the requirements that it misses. Returns the exit code.
     Outcome<int> end(const run::EndedCycles& ended, const CyclesInFolders& store) {
         int code = ended.is_valid() ? 0 : 1;
         if (!ended.is_valid())
@@ -331,7 +324,6 @@ class Printed {
     std::set<std::string> reported_notices_;
 };
 
-/// Folder that stores the cycles; empty: cycles are not stored.
 std::string cycles_folder_of(const config::Pipeline& pipeline) {
     if (!pipeline.adapt.folder.empty()) return pipeline.adapt.folder;
     if (pipeline.adapt.solve.empty() && !pipeline.output.mesh.empty()) return {};

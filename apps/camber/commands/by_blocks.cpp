@@ -29,11 +29,9 @@ constexpr double bytes_of_element = 500;
 
 bool is_meshb(const std::string& path) { return path.ends_with(".meshb"); }
 
-/// True if each rank writes its own rows of the output.
 bool is_written_by_rows(const config::Output& output) {
     return is_meshb(output.mesh) && output.format.empty() && output.partition == 0;
 }
-/// True if each rank writes some of the output's pieces.
 bool is_written_by_pieces(const config::Output& output) {
     return names_its_pieces(output.mesh) && output.format.empty() && output.partition > 0;
 }
@@ -61,8 +59,7 @@ class BlocksRun {
         return run_in_memory();
     }
 
-    /// True if the input is read by offsets: by several ranks, or if it may exceed the memory limit. Otherwise one rank
-    /// reads all.
+    /// True if several ranks read the input by offsets, or one rank does because it may exceed the memory limit.
     [[nodiscard]] bool is_mapped() const {
         return host_.ranks->size() > 1 || (requested_.memory > 0 && is_written_by_rows(pipeline_.output));
     }
@@ -194,7 +191,6 @@ class BlocksRun {
         return run;
     }
 
-    /// Replaces vertex numbers of deviations by those of the input.
     static void restore_numbers(run::Report& report, const Permutation<VertexId>& order) {
         for (auto* const deviation : {&report.boundary->node_deviation, &report.boundary->vertex_deviation})
             for (std::size_t& v : (*deviation)->vertices)
@@ -269,7 +265,6 @@ class BlocksRun {
             .map([](const auto&) { return Done{}; });
     }
 
-    /// Writes one piece after the other, each at its offset.
     template <int D>
     Outcome<Done> write_parts(const Opened<D>& opened, const CurvedBlocks<D>& curved, const Execution& execution) {
         Ranks& ranks = *host_.ranks;

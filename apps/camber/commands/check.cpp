@@ -1,4 +1,3 @@
-// Commands that describe a mesh: check, geometry, info
 module;
 #include <algorithm>
 #include <cstddef>
@@ -60,7 +59,6 @@ void print_report(const run::CheckReport& report, const CheckArguments& argument
         for (const run::Histogram& histogram : report.histograms) out.print(run::bars(histogram));
 }
 
-/// Writes the mesh in the file's order, with the verdicts of its elements.
 Outcome<Done> write_verdicts(const DecodedMesh& mesh, const run::CheckReport& report, const std::string& path,
                              const Execution& execution) {
     auto fields = run::check_fields(mesh.mesh, report, execution);
@@ -68,7 +66,6 @@ Outcome<Done> write_verdicts(const DecodedMesh& mesh, const run::CheckReport& re
     return write_for_viewers(mesh.mesh, std::move(*fields), mesh.lift, path, execution);
 }
 
-/// Reads the metric file, with rows at the vertices.
 Outcome<run::MetricFile> read_metric(const CheckArguments& a, DecodedMesh& mesh, const Execution& execution) {
     auto sorted = read_metric_rows(mesh, a.metric, mesh.notices, execution);
     if (!sorted) return fail(sorted.error());
@@ -79,7 +76,6 @@ Outcome<run::MetricFile> read_metric(const CheckArguments& a, DecodedMesh& mesh,
     return run::MetricFile{a.metric, run::rows_at_vertices(std::move(*sorted), mesh.mesh)};
 }
 
-/// Checks the mesh and writes its verdicts. `page` receives the mesh and its fields if a page is requested.
 Outcome<run::CheckReport> checked(const CheckArguments& a, run::PageSource& page) {
     ShownSteps steps(a.threads);
     auto mesh = steps.run("read", [&](const Execution& e) { return read_mesh(a.input, a.flat, e); });
@@ -111,7 +107,6 @@ Outcome<Done> write_page_of(const run::CheckReport& report, run::PageSource page
     return write_page(std::move(page), arguments.input, arguments.page, {}, {.threads = arguments.threads});
 }
 
-/// Called before any work.
 Outcome<Done> check_names(const CheckArguments& a) {
     if (a.vtu.empty() && a.page.empty()) return Done{};
     return check_named_files({{a.input, "the input", Role::input},
@@ -156,7 +151,6 @@ Outcome<Done> check_files(const GeometryCommandArguments& a) {
         .and_then([&](Done) { return check_viewer_output(a.surface); });
 }
 
-/// Returns the geometry of the arguments, after reading its file.
 Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments, const Execution& execution) {
     config::Pipeline pipeline;
     if (auto set = set_geometry(arguments, pipeline); !set) return fail(set.error());
@@ -165,7 +159,6 @@ Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments, cons
     return run::ComparedGeometry{pipeline.geometry, std::move(*source)};
 }
 
-/// Names of the references in the table's patches and ridges.
 std::string names_row(const run::Groups& groups, int dimension) {
     std::string text;
     for (const Group& group : groups)
@@ -210,7 +203,6 @@ Outcome<int> geometry_command(const GeometryCommandArguments& a) {
 
 namespace {
 
-/// Commands that split or convert cells of higher degrees and other shapes into supported ones.
 std::string splitting_note(const std::vector<CellCount>& unsupported_cells, const std::string& path) {
     const auto is_of_degree = [](const CellCount& cells) {
         for (const std::string_view simplices : {"riangles", "etrahedra", "dges", "ines", "egments"})

@@ -47,7 +47,7 @@ struct PipelineArguments {
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;
     std::optional<int> partition;  ///< number of parts; none: by the settings
-    bool force = false;            ///< the output may replace the input
+    bool force = false;
     bool print_config = false, histogram = false, dry_run = false;
 };
 
@@ -120,7 +120,7 @@ struct ConvertArguments {
     std::size_t partition = 0;      ///< number of parts to write; 0: one file
     DecodeOptions read = {};
     int threads = 0;
-    bool force = false;  ///< the output may replace the input
+    bool force = false;
 };
 [[nodiscard]] Outcome<int> convert_command(const ConvertArguments& arguments, const Host& host = {});
 
@@ -144,7 +144,6 @@ struct PlotArguments {
 };
 [[nodiscard]] Outcome<int> plot_command(const PlotArguments& arguments);
 
-/// Arguments of a page about a mesh, or about a run and its mesh.
 struct ReportArguments {
     std::string input, output;     ///< mesh or report.json; page
     std::string metric, solution;  ///< files; empty: none
@@ -176,7 +175,6 @@ struct GeometryCommandArguments {
 };
 [[nodiscard]] Outcome<int> geometry_command(const GeometryCommandArguments& arguments);
 
-/// Arguments for the metric of a solution.
 struct MetricArguments {
     std::string input, solution, output;
     std::string format;  ///< name of the output format; empty: by the ending
@@ -187,7 +185,6 @@ struct MetricArguments {
 };
 [[nodiscard]] Outcome<int> metric_command(const MetricArguments& arguments);
 
-/// Arguments for the transfer of a solution from one mesh to another.
 struct TransferArguments {
     std::string old_mesh, new_mesh, solution, output;
     std::string format;               ///< name of the output format; empty: by the ending
@@ -209,7 +206,6 @@ struct InfoArguments {
 
 /// Reads sizes by reference, [KIND:]REFERENCE,…=SIZE. Errors: usage.
 [[nodiscard]] Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts);
-/// Puts the geometry of the arguments, if any, into the pipeline.
 [[nodiscard]] Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline);
 
 }  // namespace camber::app
@@ -219,7 +215,6 @@ namespace camber::app {
 /// Returns `base`, the pipeline of a verb, with the arguments except metric and geometry.
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArguments& arguments);
 
-/// Puts the metric of the arguments, if any, into the pipeline.
 [[nodiscard]] Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline);
 
 }  // namespace camber::app

@@ -1,4 +1,3 @@
-// Commands that convert meshes, fields and metrics
 module;
 #include <algorithm>
 #include <cstddef>
@@ -35,7 +34,6 @@ Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
                              a.force);
 }
 
-/// Number of fields with nonzero values along z.
 std::size_t fields_with_z(const MeshFields& fields) {
     std::size_t count = 0;
     for (const MeshField& field : fields) {
@@ -52,8 +50,7 @@ std::size_t fields_with_z(const MeshFields& fields) {
     return count;
 }
 
-/// Reads a mesh. A flat mesh of a format with three coordinates is always read in 2D, with notices of the data that
-/// this omits.
+/// Reads a mesh: a flat one always in 2D, even in a format with 3 coordinates, with notices of the omitted data.
 Outcome<DecodedMesh> read_in_own_dimension(const std::string& path, const DecodeOptions& options,
                                            const Execution& execution) {
     auto decoded = read_mesh(path, config::Flat::surface, options, execution);
@@ -67,7 +64,6 @@ Outcome<DecodedMesh> read_in_own_dimension(const std::string& path, const Decode
     return decoded;
 }
 
-/// Returns the fields of a mesh file as a solution at its vertices.
 Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const DecodeOptions& options,
                                           const Execution& execution) {
     auto decoded = read_in_own_dimension(path, options, execution);
@@ -143,7 +139,6 @@ Outcome<Done> change_degree(const ConvertArguments& a, DecodedMesh& decoded, con
     return Done{};
 }
 
-/// Returns a solution's fields on the mesh. For a flat mesh the solution may be in 2D.
 Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name, const AnyMesh& mesh,
                               const Execution& execution) {
     if (solution.dimension == 2) {
@@ -157,7 +152,6 @@ Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name,
     return run::solution_fields(solution, name, mesh, execution);
 }
 
-/// Reports the fields that the format cannot store, and the names that it changes.
 void note_lost_fields(const MeshFields& fields, const MeshFormat& format) {
     std::vector<std::string_view> lost;
     for (const MeshField& field : fields)
@@ -168,7 +162,6 @@ void note_lost_fields(const MeshFields& fields, const MeshFormat& format) {
     report_renames(format, fields);
 }
 
-/// Returns the input mesh for the output's format: elevated if requested, with the fields of the metric.
 Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat& format, const Execution& execution) {
     auto decoded = format.is_always_3d ? read_mesh(a.input, config::Flat::surface, a.read, execution)
                                        : read_in_own_dimension(a.input, a.read, execution);
@@ -187,7 +180,6 @@ Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat
     return decoded;
 }
 
-/// Checks that the format supports the options. Errors: usage.
 Outcome<Done> check_choices(const ConvertArguments& a, const MeshFormat& format) {
     if (!format.chooses_cells && a.cells)
         return fail(ErrorKind::usage, "--cells is for .vtu", a.output, {}, "leave --cells out");
@@ -197,7 +189,6 @@ Outcome<Done> check_choices(const ConvertArguments& a, const MeshFormat& format)
                 "the format cannot store fields; convert the .sol separately");
 }
 
-/// Converts a mesh into one file, or into parts for a solver.
 Outcome<Done> convert_mesh(const ConvertArguments& a, Written& written, const Execution& execution) {
     const bool in_parts = a.partition > 0;
     if (!in_parts && names_its_pieces(a.output)) return missing_partition_error(a.output);
@@ -218,7 +209,6 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, Written& written, const Ex
     return written.add(a.output, write_mesh(**format, decoded->mesh, decoded->fields, options, a.output, execution));
 }
 
-/// Several ranks can only write parts. Errors: usage.
 Outcome<Done> check_on_ranks(const ConvertArguments& a) {
     if (a.partition == 0 || !names_its_pieces(a.output))
         return fail(ErrorKind::usage, "several ranks can only convert a mesh to a .pvtu in parts", a.output, {},

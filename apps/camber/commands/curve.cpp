@@ -1,4 +1,3 @@
-// Commands that run a pipeline: curve, remesh, repair, run
 module;
 #include <algorithm>
 #include <cmath>
@@ -28,7 +27,6 @@ namespace camber::app {
 
 namespace {
 
-/// Calls f with each stage of this type.
 template <class Stage>
 void each_stage(config::Pipeline& pipeline, auto&& f) {
     for (config::Stage& stage : pipeline.stages)
@@ -51,7 +49,6 @@ Outcome<config::Metric> metric_of(const std::string& text) {
     return config::read_metric(text, "--metric");
 }
 
-/// True if the distance from the geometry is bounded. An infinite value means no bound.
 bool bounds_geometry(const MetricChoice& choice) {
     return choice.geometry_error && std::isfinite(*choice.geometry_error);
 }
@@ -67,8 +64,7 @@ void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, conf
     std::ranges::move(sizes, std::back_inserter(metric.sizes));
 }
 
-/// Rejects options of the metric if no stage uses one. Rejects sizes if only curving uses a metric and none is
-/// specified. Errors: usage.
+/// Rejects options of the metric if no stage uses one, and sizes if only curving uses a metric and none is specified.
 Outcome<Done> check_metric_is_used(const MetricChoice& choice, const config::Pipeline& pipeline) {
     const char* const option = !choice.sizes.empty()     ? "--size"
                                : choice.complexity       ? "--complexity"
@@ -97,7 +93,6 @@ Outcome<Done> check_metric_is_used(const MetricChoice& choice, const config::Pip
     return Done{};
 }
 
-/// True if edges are curved for the solution of the arguments: no other objective or metric is specified.
 bool is_for_solution(const CurveArguments& arguments) {
     const auto says = [](const std::string& setting) {
         return setting.find("objective") != std::string::npos || setting.starts_with("metric");
@@ -116,7 +111,6 @@ std::string text_of(const run::Run& run, const config::Output& output, bool hist
     return text + wrote_rows({output.mesh, output.vtu, metric, solution, output.report, output.plots, output.page});
 }
 
-/// Prints the missed requirements and returns exit code 1.
 int report_misses(const run::Report& report) {
     for (const std::string& miss : run::misses(report)) print_line(miss);
     return 1;
@@ -135,7 +129,6 @@ Outcome<int> finish(const config::Pipeline& pipeline, bool histogram, Host host)
     return said != 0 ? said : code;
 }
 
-/// Runs the pipeline of a verb, or prints its plan. `files`: paths with the names for messages.
 template <class Arguments>
 Outcome<int> run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
                          const Arguments& arguments, Host host = {}) {
@@ -144,7 +137,6 @@ Outcome<int> run_or_plan(const config::Pipeline& pipeline, const std::vector<Nam
     return plan(pipeline).map([](const std::string& text) { return end_with(text + "\n  nothing was done\n"); });
 }
 
-/// Prints the pipeline or its plan if requested; otherwise runs it. Returns the exit code.
 Outcome<int> run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments, Host host = {}) {
     if (!pipeline) return fail(pipeline.error());
     // Option values have the same limits as values of a config.
@@ -352,7 +344,6 @@ Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArgum
 
 namespace {
 
-/// Rejects a mesh or a solution in place of a config, by its first bytes or its ending. Errors: usage.
 Outcome<Done> check_is_config(const std::string& path, std::span<const std::byte> bytes) {
     if (as_text(bytes).starts_with('{')) return Done{};
     const bool is_mesh = format_with_content(mesh_formats(), bytes) || format_with_extension(mesh_formats(), path);

@@ -46,7 +46,6 @@ bool is_of_cycle(std::string_view name) {
     return name.size() >= 3 && name.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// Removes the folders of cycles from `first` on, complete or partial.
 Outcome<Done> remove_from(const std::string& folder, std::string_view first) {
     std::error_code error;
     std::vector<fs::path> later;
@@ -165,7 +164,6 @@ namespace fs = std::filesystem;
 
 bool is_read(Role role) { return role == Role::input || role == Role::input_mesh; }
 
-/// The path with its symbolic links resolved as far as they exist.
 fs::path resolved(const std::string& path) {
     std::error_code error;
     const fs::path whole = fs::absolute(path, error);
@@ -188,7 +186,6 @@ bool is_special(const std::string& path) {
     return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-/// True if `a` is the input mesh and `b` the output mesh.
 bool replaces_input(const NamedFile& a, const NamedFile& b) {
     return a.role == Role::input_mesh && b.role == Role::output_mesh;
 }

@@ -1,4 +1,3 @@
-// Execution of a command
 module;
 #include <algorithm>
 #include <array>
@@ -29,7 +28,6 @@ namespace camber::app {
 
 namespace {
 
-/// Rejects runs that need more memory than there is.
 Outcome<Done> check_memory(const AnyMesh& mesh) {
     const run::PlanSize size = run::plan_size(mesh);
     const std::size_t needed = run::estimated_peak_bytes(size.vertices, size.elements, size.dimension);
@@ -41,7 +39,6 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
                 {}, {}, "provide more memory, or use a smaller mesh");
 }
 
-/// Files that the config names, except plots.
 std::vector<std::string> named_outputs(const config::Output& output) {
     std::vector<std::string> files;
     for (const std::string& path :
@@ -90,13 +87,11 @@ Outcome<Done> check_endings(const config::Output& output) {
     return output.solution.empty() ? Done{} : check_fields_output(output.solution, {});
 }
 
-/// Number of threads: the requested one, at most that of the machine.
 int threads_used(const config::Pipeline& pipeline) {
     const int there = tbb::info::default_concurrency();
     return pipeline.threads > 0 ? std::min(pipeline.threads, there) : there;
 }
 
-/// Returns "writable", or the reason against it.
 std::string writable(const std::string& path) {
     const auto checked = check_writable(path);
     return checked ? "writable" : checked.error().what;
@@ -109,7 +104,6 @@ Outcome<config::Pipeline> fitted_to(const AnyMesh& mesh, const config::Pipeline&
     return fitted;
 }
 
-/// True if a stage `remesh` repeats the step in rounds.
 bool is_remeshing_pass(const config::Pipeline& pipeline, std::string_view step) {
     constexpr std::array<std::string_view, 7> passes{"blocks", "lengths", "collapse", "split",
                                                      "swap",   "smooth",  "improve"};
@@ -117,12 +111,10 @@ bool is_remeshing_pass(const config::Pipeline& pipeline, std::string_view step) 
     return std::ranges::find(passes, step) != passes.end() && std::ranges::any_of(pipeline.stages, is_remesh);
 }
 
-/// Predicted size or time of a run.
 struct Forecast {
     std::optional<run::Growth> growth = {};
     std::optional<double> seconds = {};
 };
-/// Errors: those of the part of the run that is executed.
 Outcome<Forecast> forecast(const config::Pipeline& pipeline, run::Inputs inputs, const run::PlanSize& size,
                            const Meter& meter, const Execution& execution) {
     const StepWrapper quietly = [&](std::string_view, const auto& body) { return body(execution); };
@@ -247,7 +239,6 @@ Outcome<std::string> plan(const config::Pipeline& specified, const Fit& fit) {
 
 namespace {
 
-/// Reads or generates the input of a run.
 Outcome<run::Inputs> inputs_of(const config::Pipeline& pipeline, Host& host, const Execution& execution) {
     auto inputs = read_inputs(pipeline, host.memory_inputs, execution);
     if (!inputs) return inputs;

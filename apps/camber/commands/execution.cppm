@@ -34,8 +34,7 @@ template <class T>
 /// Adds the file to an error without a location.
 Error of_file(Error error, const std::string& path);
 
-/// Reads a mesh file, whose format is detected from its content. A flat mesh becomes a 2D mesh with its lift and a
-/// notice, or a surface.
+/// Reads a mesh file, with the format by its content. A flat mesh becomes 2D with its lift and a notice, or a surface.
 Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const DecodeOptions& options,
                                const Execution& execution);
 [[nodiscard]] inline Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat,
@@ -110,7 +109,6 @@ Outcome<Done> check_outputs(const config::Output& output);
 [[nodiscard]] Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solution,
                                            const std::string& path, const Execution& execution);
 
-/// Reports names of fields that the format changes.
 void report_renames(const MeshFormat& format, const MeshFields& fields);
 
 /// Restores the names of references that the mesh lost in a file without names.
@@ -120,7 +118,6 @@ void name_references(AnyMesh& mesh, const run::Groups& groups);
 /// suggests one: the limit of texts. Otherwise nothing is read.
 [[nodiscard]] StreamBound bound_of_mesh(const std::string& path);
 
-/// Reads a solution file of any format.
 [[nodiscard]] Outcome<DecodedSolution> read_solution(const std::string& path, const Execution& execution);
 
 [[nodiscard]] Outcome<Done> write_text(const std::string& path, std::string_view text);
@@ -132,7 +129,6 @@ void name_references(AnyMesh& mesh, const run::Groups& groups);
 
 enum class Role : std::uint8_t { input, input_mesh, output_mesh, output };
 
-/// File that a verb reads or writes.
 struct NamedFile {
     std::string path, word;  ///< word: the option or config key that named the file
     Role role;
@@ -142,7 +138,6 @@ struct NamedFile {
 /// `force` the output mesh may replace the input mesh. Called before any work. Errors: usage.
 [[nodiscard]] Outcome<Done> check_named_files(const std::vector<NamedFile>& files, bool force = false);
 
-/// Words that messages use for the files of a pipeline.
 struct PipelineWords {
     const char *input, *solution, *metric, *cad, *geometry, *mesh, *vtu, *plots, *report, *page;
 };
@@ -156,7 +151,6 @@ inline constexpr PipelineWords words_of_config{"/input/mesh",    "/solution/file
 
 }  // namespace camber::app
 
-/// Reads and writes fields of a solution on a mesh.
 namespace camber::app {
 
 using run::NamedField;
@@ -179,7 +173,6 @@ using run::NamedField;
 [[nodiscard]] Outcome<run::RowsByNodes> read_metric_rows(const DecodedMesh& mesh, const std::string& path,
                                                          std::vector<Notice>& notices, const Execution& execution);
 
-/// Reads metric files of this mesh, with rows at its vertices. Errors: those of reading.
 [[nodiscard]] Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
                                                                       const std::vector<config::FilePath>& files,
                                                                       std::vector<Notice>& notices,
@@ -191,7 +184,6 @@ using run::NamedField;
 [[nodiscard]] Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
                                                const std::string& path, std::string_view format,
                                                const Execution& execution);
-/// Writes the mesh in this format, and its fields if the format stores fields.
 [[nodiscard]] Outcome<Done> write_with_mesh(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
                                             const MeshFormat& format, const std::string& path,
                                             const Execution& execution);
@@ -250,8 +242,7 @@ struct CyclesChoice {
 [[nodiscard]] Outcome<int> run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
                                               const CyclesChoice& choice, bool dry_run);
 
-/// Reads the inputs of a run from files or memory, or generates the mesh. Errors: those of reading; usage (options for
-/// missing files).
+/// Reads or generates the inputs of a run. Errors: those of reading; usage (options for missing files).
 [[nodiscard]] Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const MemoryInputs& specified,
                                                const Execution& execution);
 
@@ -271,7 +262,6 @@ struct ShownSteps {
 
 }  // namespace camber::app
 
-/// Writes outputs in parts, by rows of ranks, and pages.
 namespace camber::app {
 
 /// True if a pipeline runs by blocks: it specifies their size, or runs on several ranks.
@@ -284,7 +274,6 @@ namespace camber::app {
 
 /// True for a file that lists its pieces (.pvtu). It is only written in parts.
 [[nodiscard]] bool names_its_pieces(const std::string& path);
-/// Returns the error for such a file without a number of parts.
 [[nodiscard]] Outcome<Done> missing_partition_error(const std::string& path);
 /// Returns the format of the parts: the named one, else by the ending; VTU for a .pvtu. Errors: usage.
 [[nodiscard]] Outcome<const MeshFormat*> format_of_parts(const std::string& path, const std::string& name);
@@ -337,7 +326,6 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<QuadraticRows<D>>> mapped_quadratic(const std::string& path, Ranks& ranks);
 
-/// Returns the simplices of a binary file. Errors: input.
 [[nodiscard]] Outcome<GmfShape> shape_of_file(const std::string& path);
 
 /// Repairs the defects of a straight mesh and reorders it, so that close elements have close numbers.
@@ -345,7 +333,6 @@ template <int D>
 [[nodiscard]] Outcome<Opened<D>> prepared(Mesh<D> specified, std::vector<std::string>& notices,
                                           const Execution& execution);
 
-/// Properties of the file of the input mesh.
 struct InputForm {
     std::string_view format = {};
     bool is_always_3d = false;      ///< the format has no 2D meshes
@@ -366,7 +353,6 @@ Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const In
 [[nodiscard]] Outcome<Done> write_page(run::PageSource source, const std::string& mesh, const std::string& path,
                                        const run::PageOptions& options, const Execution& execution);
 
-/// Parses the options of a picture. Errors: usage.
 [[nodiscard]] Outcome<run::PictureChoice> choice_of(const PictureArguments& arguments);
 
 }  // namespace camber::app

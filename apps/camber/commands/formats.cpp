@@ -1,4 +1,3 @@
-// Reads and writes meshes, solutions and fields
 module;
 #include <algorithm>
 #include <array>
@@ -149,12 +148,10 @@ Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::opti
 
 namespace {
 
-/// True if the output is a solution without a mesh, by the name of the format or the ending.
 bool is_solution_output(const std::string& path, std::string_view name) {
     return name.empty() ? is_solution_file(path) : format_with_name(solution_formats(), name) != nullptr;
 }
 
-/// Numbers of nodes of a mesh.
 struct Nodes {
     std::size_t vertices = 0, edges = 0;  ///< edges: 0 for a straight mesh
     int dimension = 3;
@@ -181,7 +178,6 @@ Outcome<bool> have_same_nodes(const AnyMesh& a, const AnyMesh& b, const Executio
         a, b);
 }
 
-/// Returns the columns [begin, begin + width) of rows with `stride` values.
 TransferField columns_of(const Column<double>& rows, std::size_t stride, std::size_t begin, std::size_t width,
                          int degree) {
     Buffer<double> values(rows.size() / stride * width, 0.0);
@@ -275,14 +271,12 @@ run::RowsByNodes as_rows(const NamedField& field, int dimension) {
     return {std::move(out), field.field.degree == 2};
 }
 
-/// Values of fields at common nodes, one column for each field.
 struct ColumnsAtNodes {
     std::vector<Column<double>> columns = {};
     std::size_t nodes = 0;
     bool at_all_nodes = false;
 };
-/// Uses all nodes if a field of a quadratic mesh, or all fields of a straight mesh, have degree 2; otherwise the
-/// vertices.
+/// Uses all nodes if a field of a quadratic mesh has degree 2, or all fields of a straight one; otherwise the vertices.
 ColumnsAtNodes columns_at_nodes(const AnyMesh& mesh, const std::vector<NamedField>& fields) {
     const Nodes nodes = nodes_of(mesh);
     const auto is_quadratic = [](const NamedField& f) { return f.field.degree == 2; };

@@ -1,4 +1,3 @@
-// Commands on meshes in memory
 module;
 #include <algorithm>
 #include <iterator>
@@ -23,13 +22,11 @@ namespace camber::app {
 
 namespace {
 
-/// Requests the metric and the fields as results in memory.
 void store_all_outputs(config::Output& output) {
     if (output.metric.empty()) output.metric = std::string(config::in_memory) + "metric";
     if (output.solution.empty()) output.solution = std::string(config::in_memory) + "solution";
 }
 
-/// Returns the mesh with the input's lift and format.
 DecodedMesh with_place_of(AnyMesh outcome, const DecodedMesh& input) {
     DecodedMesh mesh{std::move(outcome), {}};
     mesh.lift = input.lift;
@@ -38,7 +35,6 @@ DecodedMesh with_place_of(AnyMesh outcome, const DecodedMesh& input) {
     return mesh;
 }
 
-/// Returns the input of a run, if it is in memory.
 DecodedMesh input_of(const config::Pipeline& pipeline, const MemoryInputs& specified) {
     const auto* const file = std::get_if<config::FilePath>(&pipeline.input.source);
     const auto found = file != nullptr ? specified.meshes.find(file->path) : specified.meshes.end();

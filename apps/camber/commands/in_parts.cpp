@@ -1,4 +1,3 @@
-// Meshes in several files
 module;
 #include <algorithm>
 #include <cstddef>
@@ -32,7 +31,6 @@ std::string part_name(const std::string& path, std::size_t part, std::string_vie
     return std::filesystem::path(path).replace_extension().string() + "." + std::to_string(part) + std::string(ending);
 }
 
-/// Numbers from 1, as 32-bit integers if they fit.
 MeshField numbers(std::string_view name, Centring centring, const std::vector<std::uint64_t>& values) {
     MeshField field{std::string(name), centring, FieldKind::scalar, {}};
     const bool fits = std::ranges::all_of(values, [](auto v) { return v < std::numeric_limits<std::int32_t>::max(); });
@@ -49,7 +47,6 @@ MeshField numbers(std::string_view name, Centring centring, const std::vector<st
     return field;
 }
 
-/// Rows in the whole mesh of a piece's nodes and cells, as fields store them.
 struct PieceRows {
     std::vector<std::uint64_t> nodes, cells;
 };
@@ -93,7 +90,6 @@ MeshFields fields_of(const MeshFields& whole, const PieceRows& rows, int dimensi
     return MeshFields(std::move(all));
 }
 
-/// Part number of each cell, from 1.
 MeshField partition_field(const CellParts& parts) {
     std::vector<std::uint64_t> of_cells;
     for (const auto* const kind : {&parts.elements, &parts.facets, &parts.edges})
@@ -116,7 +112,6 @@ struct Writer {
         return written.add(to, write_mesh(format, mesh, supported, options, to, execution));
     }
 
-    /// Writes the .pvtu, with the names of the pieces relative to its folder.
     Outcome<Done> write_list(const std::vector<std::string>& pieces) const {
         const auto first = read_file(pieces.front());
         if (!first) return fail(first.error());
@@ -257,7 +252,6 @@ CAMBER_INSTANTIATE(QuadraticMesh<3>)
 
 namespace {
 
-/// Opens the temporary file, whose name the first rank sends to the others.
 Outcome<SharedFile> opened(Ranks& ranks, const std::string& path, std::uint64_t bytes, const Outcome<Done>& can_begin) {
     std::optional<Outcome<SharedFile>> first;
     Outcome<std::string> draft = std::string();
@@ -278,7 +272,6 @@ Outcome<Done> put(const Outcome<SharedFile>& file, std::span<const FilePiece> pi
     return Done{};
 }
 
-/// Renames the file when all ranks have written their pieces.
 Outcome<Done> finished(Ranks& ranks, Outcome<SharedFile>& file, const Outcome<Done>& written) {
     if (auto all = agreed(ranks, written ? file->flush() : written); !all) return all;
     return agreed(ranks, ranks.rank() == 0 ? file->publish() : Outcome<Done>(Done{}));

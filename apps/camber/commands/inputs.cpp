@@ -1,4 +1,3 @@
-// Inputs of a command
 module;
 #include <algorithm>
 #include <array>
@@ -52,8 +51,7 @@ Outcome<Done> check_plain(const std::string& path) {
                 "copy it to a regular file");
 }
 
-/// Encodes an error: 'E', its kind, and its parts, each with a final zero byte. The encoding of a model begins with
-/// 'M'.
+/// Encodes an error: 'E', its kind, and its parts, each with a final zero byte. A model's encoding begins with 'M'.
 std::string as_bytes_of(const Error& error) {
     std::string bytes = "E" + std::to_string(static_cast<int>(error.kind));
     const std::string kind = error.entity ? error.entity->kind : std::string();
@@ -139,7 +137,6 @@ std::string operations_at_vertices(const std::string& file) {
            "metric_operations uses all values";
 }
 
-/// Returns the value in memory with this name; null: the name is that of a file.
 template <class Values>
 const typename Values::mapped_type* found(const Values& values, const std::string& name) {
     const auto at = config::is_in_memory(name) ? values.find(name) : values.end();
@@ -180,7 +177,6 @@ Outcome<Solution> read_metric_of(const config::Pipeline& pipeline, const config:
     return std::move(rows->solution);
 }
 
-/// Omits fields with values that are not finite, and reports them.
 void select_finite(std::vector<run::NamedField>& fields, std::vector<Notice>& notices) {
     std::erase_if(fields, [&](const run::NamedField& field) {
         const bool is_finite = std::ranges::all_of(field.field.values, [](double x) { return std::isfinite(x); });
@@ -190,7 +186,6 @@ void select_finite(std::vector<run::NamedField>& fields, std::vector<Notice>& no
     });
 }
 
-/// Reads the fields to transfer, and those for metrics that the config computes from them.
 Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& inputs, const MemoryInputs& values,
                                const Execution& execution) {
     const config::SolutionInput& specified = pipeline.solution;
@@ -289,7 +284,6 @@ Error of_file(Error error, const std::string& path) {
 
 namespace {
 
-/// True if one letter differs, or two letters are swapped.
 bool differ_by_one_edit(std::string_view a, std::string_view b) {
     while (!a.empty() && !b.empty() && a.front() == b.front()) a.remove_prefix(1), b.remove_prefix(1);
     while (!a.empty() && !b.empty() && a.back() == b.back()) a.remove_suffix(1), b.remove_suffix(1);
@@ -299,8 +293,7 @@ bool differ_by_one_edit(std::string_view a, std::string_view b) {
 
 bool is_beginning(std::string_view word, std::string_view whole) { return word.size() >= 4 && whole.starts_with(word); }
 
-/// Returns `did you mean "wing.mesh"?` if the folder of a missing file has a file with another ending or a similar
-/// name; otherwise empty.
+/// Returns `did you mean "wing.mesh"?` if the file's folder has a similar name or another ending; otherwise empty.
 std::string suggested_file(const std::string& path) {
     namespace fs = std::filesystem;
     constexpr std::size_t most = 10000;  // files of a folder to examine
@@ -322,7 +315,6 @@ std::string suggested_file(const std::string& path) {
     return fmt::format("did you mean \"{}\"?", (specified.parent_path() / best).string());
 }
 
-/// Reads files that the mesh file names from its folder.
 DecodeOptions with_file_reader(const std::string& path, DecodeOptions options, const Execution& execution) {
     const auto folder = std::filesystem::path(path == standard_stream ? std::string() : path).parent_path();
     options.beside = [folder, quiet = without_progress(execution)](const std::string& name) {

@@ -20,7 +20,6 @@ namespace camber::app {
 
 namespace {
 
-/// Result of a flat mesh, mapped back to its plane in space.
 struct Placed {
     AnyMesh mesh;
     MeshFields fields, carried;
@@ -38,13 +37,11 @@ Outcome<Placed> raised(const run::Run& run, const MeshFields& carried, const Lif
     });
 }
 
-/// Notices about parts of the mesh that the format cannot store.
 std::vector<Notice> losses_in(const MeshFormat& format, AnyMesh mesh, NamesOfGroups names) {
     if (names == NamesOfGroups::by_the_caller) std::visit([](auto& m) { m.groups = {}; }, mesh);
     return format.losses(mesh);
 }
 
-/// Writes the files of a run, except the report, which includes the time of writing.
 struct OutputWriter {
     run::Run& run;
     const config::Output& output;
@@ -102,7 +99,6 @@ struct OutputWriter {
         return output.page.empty() ? Done{} : write_page_of_run();
     }
 
-    /// Writes the page of the mesh, checked as `check` does, with fields and numbers of the run.
     Outcome<Done> write_page_of_run() {
         DecodedMesh result{run.mesh, {}};
         result.fields = run.fields;

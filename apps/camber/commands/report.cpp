@@ -1,4 +1,3 @@
-// Commands that draw: report, plot, picture
 module;
 #include <array>
 #include <cstddef>
@@ -27,7 +26,6 @@ namespace camber::app {
 
 namespace {
 
-/// Mesh of a page, and the data of a report.json about it.
 struct Subject {
     std::string mesh, before_and_after;
     std::vector<run::Histogram> histograms;
@@ -46,7 +44,6 @@ Outcome<std::string> found_mesh(const std::string& path, const std::string& repo
                 "give the mesh itself, or the report.json of a run with its mesh next to it");
 }
 
-/// Rejects a report.json whose format version differs from the current one.
 Outcome<Done> check_format(std::string_view text, const std::string& path) {
     const auto format = run::format_of_report(text);
     if (!format || *format == run::report_format) return Done{};
@@ -74,7 +71,6 @@ Outcome<Subject> subject_of(const std::string& input) {
                    run::distances_of_report(as_text(*text))};
 }
 
-/// Converts the rows of a metric to a field.
 run::NamedField field_of(const run::RowsByNodes& rows) {
     const Solution& s = rows.solution;
     const bool is_size = s.fields[0] == FieldKind::scalar;
@@ -82,7 +78,6 @@ run::NamedField field_of(const run::RowsByNodes& rows) {
             TransferField{values_per_vertex(s.fields[0], s.dimension), rows.is_at_nodes ? 2 : 1, s.values}};
 }
 
-/// Reads the mesh and its fields. `metric` receives the metric file, if any.
 Outcome<DecodedMesh> read_shown(const std::string& path, const ReportArguments& a, run::PageSource& source,
                                 std::optional<run::MetricFile>& metric, const Execution& execution) {
     auto mesh = read_mesh(path, a.flat, execution);
@@ -99,7 +94,6 @@ Outcome<DecodedMesh> read_shown(const std::string& path, const ReportArguments& 
     return mesh;
 }
 
-/// Writes the page. Returns the table of the check.
 Outcome<std::string> write_report_page(const ReportArguments& a, Written& written) {
     auto subject = subject_of(a.input);
     if (!subject) return fail(subject.error());
@@ -144,7 +138,6 @@ Outcome<int> report_command(const ReportArguments& a) {
 
 namespace {
 
-/// True for one picture; false: one for each quantity.
 bool is_one_file(const PlotArguments& a) { return a.output.ends_with(".svg"); }
 
 Outcome<Done> check_names(const PlotArguments& a) {
@@ -212,7 +205,6 @@ Outcome<Done> check_files(const PictureArguments& a) {
     return check_writable(a.output);
 }
 
-/// Returns the requested field, or the first one.
 Outcome<run::NamedField> field_of(const DecodedMesh& mesh, const PictureArguments& a, std::vector<Notice>& notices,
                                   const Execution& execution) {
     std::vector<std::string> only;
@@ -278,7 +270,6 @@ namespace {
 
 constexpr std::size_t most_pixels = 16384;  // of the width and of the height
 
-/// Numbers separated by commas; none: one of them is not a number.
 std::optional<std::vector<double>> numbers_in(std::string_view text) {
     std::vector<double> numbers;
     for (;;) {
@@ -291,7 +282,6 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
     }
 }
 
-/// Texts separated by commas; none for an empty text.
 std::vector<std::string> parts_of(std::string_view text) {
     std::vector<std::string> parts;
     while (!text.empty()) {

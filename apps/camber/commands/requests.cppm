@@ -88,7 +88,6 @@ class Written {
   public:
     /// Adds the file if writing succeeded. Otherwise adds to the error which files were written before.
     [[nodiscard]] Outcome<Done> add(const std::string& path, Outcome<Done> outcome);
-    /// Adds the written files to an error.
     [[nodiscard]] Error error_with_files(Error error) const;
     /// True if standard output received a file. Messages then go to standard error.
     [[nodiscard]] bool takes_standard_output() const;
@@ -136,7 +135,6 @@ export namespace camber::app {
 
 }  // namespace camber::app
 
-/// Runs of callers whose meshes are in memory.
 export namespace camber::app {
 
 /// Values of the caller, by the names that the config or arguments use for them (config::is_in_memory).
@@ -147,7 +145,6 @@ struct MemoryInputs {
     run::Groups groups = {};  ///< names of references of an input mesh without names
 };
 
-/// Storage of the names of references of the result.
 enum class NamesOfGroups : std::uint8_t {
     in_its_file,    ///< names that the format cannot store are lost and reported
     by_the_caller,  ///< the caller has the names
@@ -194,8 +191,7 @@ struct AdaptedInMemory {
     std::string cycles;   ///< JSON: one row per cycle
     std::string reason;   ///< reason for an early end; empty: all cycles were run
 };
-/// Runs the cycles of a config. `solver`: if empty, the config's metric or expression is the target. `degree`: required
-/// degree of meshes; 0: any.
+/// Runs the cycles of a config. `solver`: empty if the config has the target; `degree`: degree of meshes; 0: any.
 [[nodiscard]] Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, const Solver& solver,
                                                        Host host);
 
@@ -231,7 +227,6 @@ struct MetricInMemory {
 /// Returns the second derivatives of a field at the vertices.
 [[nodiscard]] Outcome<Solution> hessians_in_memory(const DecodedMesh& mesh, const run::NamedField& field, Host host);
 
-/// Returns the fields of a mesh on another mesh.
 [[nodiscard]] Outcome<std::vector<run::NamedField>> transfer_in_memory(const DecodedMesh& old_mesh,
                                                                        const DecodedMesh& new_mesh,
                                                                        std::vector<run::NamedField> fields,

@@ -1,4 +1,3 @@
-// Descriptions of metrics and of adaptation
 module;
 #include <algorithm>
 #include <string>

@@ -1,4 +1,3 @@
-// Descriptions of sources, shapes, steps and outputs
 module;
 #include <algorithm>
 #include <string>

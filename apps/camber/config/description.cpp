@@ -1,4 +1,3 @@
-// Structs, choices and their fields in JSON
 module;
 #include <algorithm>
 #include <string>
@@ -33,7 +32,6 @@ Json Field::schema(const std::string& key) const {
 
 namespace {
 
-/// Reads the field from one of its keys. Two keys are an error.
 Outcome<Done> read_field(const Json& json, const Place& place, const Field& field, void* into) {
     std::string found;
     for (const auto& key : field.keys) {

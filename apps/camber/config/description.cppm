@@ -54,7 +54,6 @@ struct Field {
     [[nodiscard]] std::string type() const { return codec->type(limits); }
 };
 
-/// Description of a struct, which is an object in JSON.
 struct Description : Codec {
     std::string name, doc;
     std::vector<Field> fields;
@@ -81,7 +80,6 @@ struct Alternative {
 struct Choice : Codec {
     std::string name, doc;
     std::vector<Alternative> alternatives;  ///< in the variant's order
-    /// Index and address of the active alternative.
     std::pair<std::size_t, const void*> (*alternative_of)(const void* variant) = nullptr;
 
     [[nodiscard]] std::vector<std::string> keys() const;

@@ -1,4 +1,3 @@
-// Explanations of keys, and texts of values
 module;
 #include <algorithm>
 #include <cstddef>
@@ -41,7 +40,6 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t wid
     return out + std::string(indent, ' ') + line + "\n";
 }
 
-/// A word of a config, its section, and its meaning there.
 struct Word {
     std::string name;
     std::string text;
@@ -53,7 +51,6 @@ struct Topic {
     std::vector<Word> words = {};  ///< words of options or alternatives
 };
 
-/// Adds the keys of an option and its enumerated values.
 void add_words(const Field& option, const std::string& in, const std::string& text, std::vector<Word>& words) {
     const auto add = [&](const std::string& name) {
         words.push_back({name, fmt::format("{}, in {}\n{}\n  see also: camber explain {}\n", name, in, text, in)});
@@ -104,7 +101,6 @@ std::vector<Topic> topics_of() {
     return {topic_of(Described<T>::get())...};
 }
 
-/// Appends sources and operations without options.
 std::vector<Topic> with_words(std::vector<Topic> topics) {
     for (const std::string_view choice : {"metric", "metric_operations"}) {
         const auto of = [&](std::string_view name) { return std::ranges::find(topics, name, &Topic::name); };
@@ -169,7 +165,6 @@ Outcome<std::string> explain(std::string_view topic) {
 
 namespace {
 
-/// Parses JSON, or one bare word.
 Outcome<Json> parse_part(std::string_view text, std::string_view name) {
     const auto first = text.find_first_not_of(" \t\n");
     const bool is_json = first != std::string_view::npos && (text[first] == '{' || text[first] == '"');

@@ -1,4 +1,3 @@
-// JSON, and the codecs of numbers, words and lists
 module;
 #include <algorithm>
 #include <cmath>
@@ -24,7 +23,6 @@ namespace {
 /// Maximum number of keys of an object. The parser searches keys linearly.
 constexpr std::size_t most_keys = 1000;
 
-/// Detects the first duplicate key and the first object with more than `most_keys`.
 class Keys {
   public:
     struct ErrorPosition {
@@ -79,7 +77,6 @@ std::string line_and_column(std::string_view text, std::size_t byte) {
     return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-/// Removes the text that the parser read before the error.
 std::string without_last_read(std::string message) {
     const auto begin = message.find("; last read: ");
     if (begin == std::string::npos) return message;
@@ -87,7 +84,6 @@ std::string without_last_read(std::string message) {
     return message.erase(begin, end == std::string::npos || end < begin ? std::string::npos : end - begin);
 }
 
-/// Removes the location from the parser's message.
 std::string reason(const std::string& whole) {
     const std::string message = without_last_read(whole);
     constexpr std::size_t longest = 200;

@@ -32,8 +32,7 @@ struct ChildResult {
     std::string how;    ///< reason of a crash
 };
 
-/// Sets the command that starts this program again: the file and leading arguments. Initially /proc/self/exe. Empty:
-/// not possible, for example in a library.
+/// Sets the command that starts this program again, with leading arguments; initially /proc/self/exe; empty: none.
 void start_itself_by(std::vector<std::string> words);
 [[nodiscard]] bool can_start_itself();
 
@@ -104,8 +103,7 @@ struct MemoryLimit {
 /// Minimum of the machine's memory, the limits of the control groups (versions 1 and 2), and RLIMIT_AS.
 [[nodiscard]] MemoryLimit memory_limit();
 
-/// Minimum of the numbers in the files `name` from the group's folder up to `root`; the largest size_t without a
-/// number.
+/// Minimum of the numbers in files `name` from the group's folder up to `root`; without a number the largest size_t.
 [[nodiscard]] std::size_t cgroup_limit(const std::string& root, const std::string& group, const std::string& name);
 
 /// Resident memory; 0: unknown.
@@ -173,8 +171,7 @@ class RoundsShare {
 /// Receives the stage and its share from 0 to 1. Any thread calls it, but never two at once.
 using ProgressCallback = std::function<void(const std::string& stage, double part)>;
 
-/// Shows the progress in one line on standard error, on a terminal and after the first second. The line is erased at
-/// the end of the stage.
+/// Shows progress in one line on a terminal's standard error after the first second; erases it at a stage's end.
 class Progress {
   public:
     /// An empty callback means the terminal.

@@ -1,4 +1,3 @@
-// Files
 module;
 #include <algorithm>
 #include <cerrno>
@@ -73,7 +72,6 @@ std::string beside(const std::string& path, const std::string& name) {
     return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
 }
 
-/// Bytes between two checks of the request to stop.
 constexpr std::size_t largest_transfer = std::size_t{1} << 24;
 constexpr int poll_interval_ms = 50;
 
@@ -116,14 +114,12 @@ bool take_permissions(int fd, const std::string& replaced) {
     return ::stat(replaced.c_str(), &old) != 0 || ::fchmod(fd, old.st_mode & 07777U) == 0;
 }
 
-/// Flushes the new file name to disk.
 void sync_folder_of(const std::string& target) {
     if (const Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); folder)
         ::fsync(folder.get());
 }
 
-/// A file that gets its name when complete. Until then it has no name (O_TMPFILE), or a temporary name next to its
-/// target.
+/// A file without a name (O_TMPFILE), or with a temporary name next to its target, until it is complete.
 class Draft {
   public:
     explicit Draft(std::string target)
@@ -143,7 +139,6 @@ class Draft {
     }
     [[nodiscard]] int fd() const { return file_.get(); }
 
-    /// Renames the file atomically.
     [[nodiscard]] bool publish() {
         if (!take_permissions(fd(), target_) || ::fsync(fd()) != 0) return false;
         const std::string self = "/proc/self/fd/" + std::to_string(fd());
@@ -180,12 +175,10 @@ bool is_special(const std::string& path) {
     return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }
 
-/// Enforces the maximum size of a stream; null bound: no limit.
 class Watch {
   public:
     Watch(std::string name, const StreamBound* bound) : name_(std::move(name)), bound_(bound) {}
 
-    /// Errors: input, for a stream that is rejected or too long.
     Outcome<Done> allows(std::span<const std::byte> bytes, bool has_ended) {
         if (bound_ == nullptr) return Done{};
         if (!most_ && (has_ended || bytes.size() >= beginning_of_stream)) {
@@ -389,7 +382,6 @@ auto unwritable(const std::string& path, int error = errno) {
     return fail_by_system(ErrorKind::write, path, "written", error);
 }
 
-/// True if the name still refers to the open file.
 bool is_of(const Descriptor& file, const std::string& name) {
     struct stat open{}, named{};
     return ::fstat(file.get(), &open) == 0 && ::stat(name.c_str(), &named) == 0 && open.st_dev == named.st_dev &&

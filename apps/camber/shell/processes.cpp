@@ -1,4 +1,3 @@
-// Child processes, commands and interrupts
 module;
 #include <array>
 #include <atomic>
@@ -53,7 +52,6 @@ class Child {
         (void)status();
     }
 
-    /// Waits for the end; status of waitpid.
     [[nodiscard]] int status() {
         int status = 0;
         while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
@@ -72,8 +70,7 @@ std::vector<std::string>& own_words() {
     return words;
 }
 
-/// Starts a program, found along PATH, after prepare(files, attributes). Returns 0 and sets `pid`, or returns an errno
-/// value.
+/// Starts a program, found along PATH, after prepare(files, attributes). Returns an errno value, or 0 with `pid` set.
 int start(std::vector<std::string> words, pid_t& pid, auto&& prepare) {
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;
@@ -200,7 +197,6 @@ class Group {
         if (!ended_) end();
     }
 
-    /// Status of waitpid if the leader has ended.
     [[nodiscard]] std::optional<int> status() {
         int status = 0;
         if (waitpid(leader_, &status, WNOHANG) != leader_) return std::nullopt;

@@ -1,4 +1,3 @@
-// Terminal, progress, messages and memory
 module;
 #include <algorithm>
 #include <cerrno>
@@ -28,7 +27,6 @@ namespace {
 
 constexpr std::size_t widest = 100, narrowest = 60;
 
-/// Removes the text up to and including the first `mark`. Returns it without the mark.
 std::string_view taken(std::string_view& text, char mark) {
     const std::size_t end = std::min(text.find(mark), text.size());
     const std::string_view front = text.substr(0, end);

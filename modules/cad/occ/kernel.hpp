@@ -39,8 +39,8 @@ struct FaceFacts {
     bool is_reversed = false;          ///< the outward normal is −u × v, with u and v of `SurfaceJet`
     std::array<double, 2> low, high;   ///< parameter bounds
     std::array<double, 2> period{};    ///< 0: not periodic
-    std::array<std::size_t, 2> cells;  ///< number per direction such that searches from the middles of all cells find
-                                       ///< all minima
+    std::array<std::size_t, 2> cells;  ///< number of search cells per direction; searches from the middles of all cells
+                                       ///< find all minima
     std::vector<std::size_t> edges;    ///< distinct edges with curves
 };
 

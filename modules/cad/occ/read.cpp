@@ -131,7 +131,7 @@ Read read_step(const char* path) {
 
 /// Joins coincident edges of faces; IGES files contain unconnected faces.
 TopoDS_Shape sewn(const TopoDS_Shape& shape) {
-    constexpr double within = 1e-5;                                 // relative to the size
+    constexpr double within = 1e-5;  // largest gap between edges, relative to the size of the shape
     if (!TopExp_Explorer(shape, TopAbs_FACE).More()) return shape;  // the file contains only curves
     Bnd_Box box;
     BRepBndLib::Add(shape, box);

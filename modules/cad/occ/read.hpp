@@ -29,7 +29,6 @@ struct Read {
 };
 [[nodiscard]] Read read(const char* path, Format format);
 
-/// Converts a shape to bytes and back, bitwise exact.
 [[nodiscard]] std::string packed(const Read& read);
 [[nodiscard]] Read unpacked(const std::string& bytes);
 

@@ -108,7 +108,7 @@ void SplineBasis::evaluate(double t, Values& out) const {
     const auto i = static_cast<std::size_t>(after - knots_.begin()) - 1;
     out.first = i - p;
     auto& [values, first, second] = out.functions;
-    Row left, right, lower, lowest, slope;  // `lower`, `lowest`: basis functions of one and two degrees less
+    Row left, right, lower, lowest, slope;  // `lower`, `lowest`: basis functions of degrees lower by one and by two
     values[0] = 1;
     for (std::size_t q = 1; q <= p; ++q) {
         if (q == p) std::copy_n(values.begin(), q, lower.begin());
@@ -248,7 +248,7 @@ std::optional<RevolvedSpline> RevolvedSpline::of(const Handle(Geom_Surface) & su
 
 SurfaceJet RevolvedSpline::evaluate(double u, double v) const {
     const double c = std::cos(u), s = std::sin(u);
-    // Rotates a vector, and computes two derivatives of the result by the angle.
+    // Rotates a vector by the angle; computes two derivatives of the result with respect to the angle.
     const auto turned = [&](const Point& x, Point& value, Point& first, Point* second) {
         const double along = x[0] * axis_[0] + x[1] * axis_[1] + x[2] * axis_[2];
         for (std::size_t k = 0; k < 3; ++k) {
