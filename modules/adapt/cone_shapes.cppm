@@ -104,7 +104,7 @@ class BentSpokes {
         straighten_boundary(first);
     }
     /// Takes existing edges of the mesh, one for each vertex. Degree 2: edges that may be on the boundary are replaced
-    /// by their chords, as in `bend`, so that all positions of the point are compared in the same way.
+    /// by their chords, as in `bend`.
     void take_edges(std::span<const EdgeId> edges) {
         squares_.assign(to_.size(), unknown);
         if (!r_.mesh.is_curved()) return;
@@ -275,7 +275,6 @@ class ConeShapes {
         spokes_.take_edges(edges_);
         is_nearly_straight_ = spokes_.are_nearly_straight();
     }
-    /// Returns the worst shape with the point at `v`, computed in the same way as for positions near `v`.
     [[nodiscard]] double worst_shape(VertexId v) {
         if (is_nearly_straight_) place_near(cone_point(r_, v));
         return worst(0);

@@ -173,7 +173,7 @@ class FarFacets final : public Pass<D> {
         if (const double share = bound_shares(r, goal_, f).largest(); share > 1) tasks.push_back(task(-share, f));
     }
     /// Edges in the order in which they are tried: those beyond the bound, the farthest first, then the others, the
-    /// longest first. The others help if only the facet's middle is too far.
+    /// longest first.
     [[nodiscard]] static std::array<EdgeId, edges_per_simplex<D - 1>> edges_to_try(const Adaptation<D>& r, FacetId f,
                                                                                    const BoundShares<D>& shares) {
         struct Choice {
@@ -220,8 +220,6 @@ class FarFacets final : public Pass<D> {
         }
         return {};
     }
-    /// Collapses a corner of the facet, because the corner may prevent splits and swaps. Later splits insert other
-    /// vertices.
     [[nodiscard]] std::optional<Candidate<D>> corner_of(const Adaptation<D>& r, FacetId f) const {
         for (const VertexId v : r.mesh.facets.vertices[f]) {
             const VertexState& state = r.mesh.states[v];

@@ -52,9 +52,8 @@ class Splits final : public Pass<D> {
     }
 
   private:
-    /// The split of an edge longer than 2 may create short edges. If the edge is longer than 4, it may also create flat
-    /// elements. Collapses and swaps repair these, but only splits repair a long edge. Flat elements are not accepted
-    /// if the new point does not reach the geometry.
+    /// The split of an edge longer than 2 may create short edges. If the edge is longer than 4 and the new point
+    /// reaches the geometry, it may also create flat elements.
     [[nodiscard]] SplitLimits limits_of(double length, double share) const {
         constexpr double max_overlength = 2;
         SplitLimits limits{options_.shortest, options_.min_quality};

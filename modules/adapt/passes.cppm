@@ -88,8 +88,8 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                            const CollapseOptions& options, const Execution& execution);
 
-/// Swaps edges and faces of elements below the target quality: joins the elements at the edge or face to another
-/// vertex. The vertex is that for which the worst element improves most.
+/// Swaps edges and faces of elements below the target quality: joins the elements at the edge or face to the vertex for
+/// which the worst element becomes best.
 struct SwapOptions {
     double target_quality = 0.7;
     double gain = 1.02;     ///< minimum ratio of the worst quality after a swap to that before
@@ -271,8 +271,9 @@ struct NodeMoves {
 /// Degree 2: moves nodes of inner edges to reduce the distortion of elements in the metric of their vertices
 /// (camber.metric:unit_mesh). The worst element at a node never gets worse. Skips edges whose elements all reach the
 /// target quality, and edges of interfaces and of required or invalid elements. Certificates prove that det J of
-/// changed elements is above 0.1 times the straight determinant, or above 0 if it was lower before. The result does not
-/// depend on the number of threads. Errors: options out of range, stopped, memory.
+/// changed elements is above 0.1 times the straight determinant, or above 0 if it was lower before. The result is the
+/// same as if the edges were processed one after another, in the order of `spread_rank`. Errors: options out of range,
+/// stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<NodeMoves> smooth_nodes(Adaptation<D>& r, const SmoothOptions& options,
                                               const Execution& execution);

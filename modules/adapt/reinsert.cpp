@@ -30,8 +30,8 @@ bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
     return norm_squared(y[0] + to_centre) < norm_squared(to_centre);
 }
 
-/// Vertices near a point, each stored once, with the tangents at the point of the edges to them. If the first edges
-/// bend little, the other edges are replaced by chords, which suffice for sphere tests.
+/// Vertices near a point, and the tangents at the point of the edges to them. If the first edges bend little, the other
+/// edges are replaced by chords, which suffice for sphere tests.
 template <int D>
 class NearbyVertices {
   public:

@@ -66,9 +66,8 @@ std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, 
     return BoundaryPlace<D>{place};
 }
 
-/// Returns a position near `target` on a line edge at `v`, projected to the geometry. Of the two line edges, the one
-/// along which the step is longer is used. If there is nothing to project to, `v` moves only along straight lines and
-/// planes.
+/// Returns a position near `target` on a line edge at `v`, projected to the geometry. The line edge is that along which
+/// the step is longer. If there is nothing to project to, `v` moves only along straight lines and planes.
 std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, const DynamicMesh<3>& mesh,
                                               const Cavity<3>& around, VertexId v, const Vec<3>& target) {
     if (around.lines.size() != 2) return {};

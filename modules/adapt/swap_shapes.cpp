@@ -302,8 +302,8 @@ class BentRing {
         edges_.take_edge(elements_[0], a_, b_);
         for (std::size_t i = 0; i < count_; ++i) edges_.take_edge(elements_[i], i, next(i));
     }
-    /// Returns the ring vertices for which all new elements have positive det J at the edge's ends. They are ascending
-    /// and stored in the buffer `room`.
+    /// Stores in `room`, in ascending order, the ring vertices for which all new elements have positive det J at the
+    /// edge's ends.
     [[nodiscard]] std::span<const std::size_t> possible_points(std::span<std::size_t> room) const {
         // With three ring vertices, all give the same swap. With four, opposite ones do.
         const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;

@@ -166,8 +166,7 @@ template <int D>
     return {};
 }
 
-/// Follows the straight segment from vertex `from` to position `b`. Returns the face through which it leaves the
-/// element, or −1 if it does not leave.
+/// Returns the face at vertex `from` beyond which position `b` lies, or −1 if there is none.
 template <int D>
 [[nodiscard]] int face_towards(const DynamicMesh<D>& mesh, ElementId e, int from, const Vec<D>& b) {
     const auto& vertices = mesh.elements.vertices[e];
@@ -191,7 +190,6 @@ template <int D>
     return best;
 }
 
-/// Returns an element with this edge.
 template <int D>
 [[nodiscard]] ElementEdge element_with_edge(const DynamicMesh<D>& mesh, EdgeId edge) {
     const auto& [a, b] = mesh.edges[edge];

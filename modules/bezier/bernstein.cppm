@@ -16,7 +16,7 @@ using MultiIndex = std::array<int, K + 1>;
 template <int K>
 using Barycentric = std::array<double, K + 1>;
 
-/// n over k; 0 outside 0 ≤ k ≤ n.
+/// Returns n over k, and 0 outside 0 ≤ k ≤ n.
 [[nodiscard]] constexpr int binomial(int n, int k) {
     int b = 1;
     for (int i = 1; i <= k; ++i) b = b * (n - k + i) / i;
@@ -47,7 +47,7 @@ inline constexpr std::array<MultiIndex<K>, node_count<N, K>> multi_indices = [] 
     return all;
 }();
 
-/// Position in multi_indices<N, K>; −1 if absent.
+/// Returns the position of α in multi_indices<N, K>, or −1 if absent.
 template <int N, int K>
 [[nodiscard]] constexpr int position(const MultiIndex<K>& alpha) {
     for (int i = 0; i < node_count<N, K>; ++i)
@@ -55,7 +55,7 @@ template <int N, int K>
     return -1;
 }
 
-/// n! / ∏ α_i! with n = Σ α_i.
+/// Returns n! / ∏ α_i! with n = Σ α_i.
 template <int K>
 [[nodiscard]] constexpr double multinomial(const MultiIndex<K>& alpha) {
     int sum = 0;
@@ -67,14 +67,14 @@ template <int K>
     return m;
 }
 
-/// x^n for n ≥ 0.
+/// Returns x^n for n ≥ 0.
 [[nodiscard]] constexpr double power(double x, int n) {
     double p = 1;
     for (int i = 0; i < n; ++i) p *= x;
     return p;
 }
 
-/// B_α^n(ξ) = n!/∏α_i! ∏ξ_i^{α_i} (paper §1.4).
+/// Returns the Bernstein polynomial B_α^n(ξ) = n!/∏α_i! ∏ξ_i^{α_i} (paper §1.4).
 template <int K>
 [[nodiscard]] constexpr double bernstein(const MultiIndex<K>& alpha, const Barycentric<K>& xi) {
     double b = multinomial<K>(alpha);
@@ -82,7 +82,7 @@ template <int K>
     return b;
 }
 
-/// φ_α^n(ξ) = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1): Lagrange basis on the regular lattice α/n.
+/// Returns the Lagrange function of lattice point α/n: φ_α^n(ξ) = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1).
 template <int K>
 [[nodiscard]] constexpr double lagrange(const MultiIndex<K>& alpha, const Barycentric<K>& xi) {
     int n = 0;
@@ -166,14 +166,14 @@ struct ControlPoint {
     friend bool operator==(const ControlPoint&, const ControlPoint&) = default;
 };
 
-/// P_11 = (4 P^l − P_20 − P_02)/2 (paper §2.1), with the node P^l.
+/// Returns P_11 = (4 P^l − P_20 − P_02)/2 (paper §2.1), where P^l is the node `mid`.
 template <int D>
 [[nodiscard]] constexpr ControlPoint<D> control_point(const Vec<D>& p20, const LagrangeNode<D>& mid,
                                                       const Vec<D>& p02) {
     return {2.0 * mid.point - midpoint(p20, p02)};
 }
 
-/// P^l = (P_20 + 2 P_11 + P_02)/4.
+/// Returns P^l = (P_20 + 2 P_11 + P_02)/4.
 template <int D>
 [[nodiscard]] constexpr LagrangeNode<D> lagrange_node(const Vec<D>& p20, const ControlPoint<D>& p11,
                                                       const Vec<D>& p02) {
@@ -202,7 +202,7 @@ struct QuadraticEdge {
     [[nodiscard]] constexpr Vec<D> offset() const { return mid.point - midpoint(p20, p02); }
 };
 
-/// |P^l − M_11| / |P_20 − P_02| (paper §4).
+/// Returns |P^l − M_11| / |P_20 − P_02| with the node P^l and the chord midpoint M_11 (paper §4).
 template <int D>
 [[nodiscard]] inline double curvature(const QuadraticEdge<D>& edge) {
     return norm(edge.offset()) / norm(edge.chord());
@@ -214,7 +214,7 @@ template <int D>
     return {mesh.linear.points[a], mesh.mid_nodes[e], mesh.linear.points[b]};
 }
 
-/// 3, 6, 10.
+/// Number of nodes of a quadratic K-simplex: 3, 6 or 10.
 template <int K>
 inline constexpr int quadratic_nodes = (K + 1) * (K + 2) / 2;
 
@@ -249,7 +249,7 @@ struct QuadraticSimplex {
         return columns;
     }
 
-    /// Bézier point between local vertices i and j; the vertex if i = j.
+    /// Returns the Bézier point between local vertices i and j, or the vertex if i = j.
     [[nodiscard]] constexpr const Vec<D>& at(int i, int j) const {
         if (i == j) return control[i];
         for (int e = 0; e < edges_per_simplex<K>; ++e) {

@@ -46,7 +46,7 @@ int main() {
         return 1;
     }
     const double straight = area(*mesh);
-    auto nodes = take(mesh->mid_nodes);  // the column's buffer, writable
+    auto nodes = take(mesh->mid_nodes);  // the column's buffer, now mutable
     for (std::size_t e = 0; e < nodes.size(); ++e)
         if (mesh->edges.vertices[e][0].index() != 0)
             nodes[e].point = normalised(nodes[e].point);  // edges at vertex 0 stay

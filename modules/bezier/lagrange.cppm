@@ -8,10 +8,11 @@ import camber.core;
 
 export namespace camber {
 
-/// Coordinates beyond the dimension are 0.
+/// Reference coordinates of a point. Coordinates beyond the dimension are 0.
 using ReferencePoint = std::array<double, 3>;
 
-/// Values, and derivatives by the reference coordinates, in the order of `lagrange_nodes`.
+/// Values of the Lagrange functions, and their derivatives by the reference coordinates, in the order of
+/// `lagrange_nodes`.
 template <Shape shape, int degree>
 struct LagrangeFunctions {
     std::array<double, element_nodes<shape, degree>> values{};
@@ -54,8 +55,8 @@ inline constexpr std::array<int, 3> factors = [] {
     return std::array{0, 0, 0};
 }();
 
-/// Products of Silvester's polynomials in the barycentric coordinates of the shape's factors. Not for pyramids, whose
-/// functions are rational.
+/// Computes Lagrange functions as products of Silvester's polynomials in the barycentric coordinates of the shape's
+/// factors. Not for pyramids, whose functions are rational.
 template <Shape shape, int degree>
     requires(shape != Shape::pyramid)
 [[nodiscard]] constexpr LagrangeFunctions<shape, degree> lagrange_functions(const ReferencePoint& x) {

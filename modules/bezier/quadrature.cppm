@@ -8,12 +8,14 @@ import :lagrange;
 
 export namespace camber {
 
-/// ∫_0^1 f(t) (1 − t)^power dt ≈ Σ weight_i f(node_i), exact for polynomials of degree 2n − 1; nodes ascend.
+/// Quadrature rule ∫_0^1 f(t) (1 − t)^power dt ≈ Σ weight_i f(node_i), exact for polynomials of degree 2n − 1. The
+/// nodes ascend.
 struct GaussJacobi {
     std::vector<double> nodes, weights;
 };
 
-/// Precondition: n ≥ 1. Newton's method on the Jacobi polynomial P_n^(power, 0) with deflation of known roots.
+/// Computes the rule with n ≥ 1 points. Uses Newton's method on the Jacobi polynomial P_n^(power, 0) with deflation of
+/// known roots.
 [[nodiscard]] GaussJacobi gauss_jacobi(int n, int power);
 
 template <int D>

@@ -446,7 +446,6 @@ bool FaceDistances::is_surface_within(double bound, const Vec<3>& p) {
     return false;
 }
 
-/// A search starts at the last point on an edge, a second search in the edge cell with the nearest box.
 bool FaceDistances::is_edge_within(double bound, const Vec<3>& p) {
     if (edge_ && search_edge_within(bound, p)) return true;
     const CadParts& parts = model_->parts();

@@ -326,8 +326,8 @@ Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::
     JoinedFaces joined(groups.groups.size());
     for (const auto& [a, b] : pairs) {
         joined.join(a, b);
-        // Edge neighbours in the mesh that are no neighbours in the model: a sliver between both faces has no facets
-        // here.
+        // If the faces a and b of a mesh edge are no neighbours in the model, a sliver between them may have no facets
+        // at this edge.
         const auto& [near_a, near_b] = std::tie(groups.beside[a], groups.beside[b]);
         if (std::binary_search(near_a.begin(), near_a.end(), b)) continue;
         for (const std::size_t face : near_a)

@@ -50,7 +50,6 @@ template <class Columns>
 Reference entity_of(const Columns& entities, std::size_t i) {
     return entities.empty() ? 0 : entities[i];
 }
-/// Marks that give the kind of a line. A vertex between lines of different kinds is a corner.
 Marks kind_of(Marks marks) {
     Marks kind;
     for (const Mark mark : {Mark::ridge, Mark::implied, Mark::embedded})

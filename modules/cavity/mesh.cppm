@@ -46,13 +46,13 @@ enum class VertexPlace : std::uint8_t {
 
 enum class Mark : std::uint8_t {
     required = 1,        ///< must not change
-    frozen = 2,          ///< fixed: a facet here has no elements, or the mesh touches itself here
+    frozen = 2,          ///< fixed: a facet at the vertex has no elements, or the mesh touches itself there
     has_input_data = 4,  ///< the input has directions or associations for the vertex
     moved = 8,
     ridge = 16,      ///< a ridge listed by the input
     implied = 32,    ///< a ridge that the input does not list
     corner = 64,     ///< a corner listed by the input
-    embedded = 128,  ///< a line that is not a ridge: the surface is smooth there
+    embedded = 128,  ///< a line that is neither a listed nor an implied ridge
 };
 class Marks {
   public:

@@ -415,7 +415,7 @@ class PatchCommit {
         }
     }
 
-    /// Edges of removed elements that no new element has: they are neither on joined faces nor at the point. Ascending.
+    /// Edges of removed elements that no new element has, ascending.
     [[nodiscard]] std::vector<EdgeId> removed_edges(const Patch<D>& patch) {
         stay_.clear();
         for (const ElementFace& open : patch.star.joined)

@@ -141,7 +141,7 @@ class Column {
         array()->own = std::move(buffer);
         array()->items = array()->own;
     }
-    /// Makes a column that refers to an external array. No thread may change this array until `owner` is destroyed.
+    /// Makes a column of an external array, which no thread may change until `owner` is destroyed.
     Column(std::span<const T> items, std::shared_ptr<const void> owner) : owner_(new Array) {
         array()->items = items;
         array()->owner = std::move(owner);
@@ -159,8 +159,7 @@ class Column {
         return array()->items[id.index()];
     }
 
-    /// Returns the items as a mutable buffer. The buffer is moved if the column is its only owner, and copied if it is
-    /// shared or the array is external.
+    /// Moves the buffer out of a column that is its only owner. In other cases, copies it.
     [[nodiscard]] friend Buffer<T> take(Column column) {
         if (!column.array()) return {};
         if (column.owner_.is_only() && !column.array()->owner) return std::move(column.array()->own);
@@ -277,13 +276,13 @@ class SparseMap {
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }
 
-    /// Returns a pointer to the value, or null if the key is absent. The pointer is valid until the next `at`.
+    /// Pointer to the value, or null if absent; valid until the next `at`.
     [[nodiscard]] const T* find(Key key) const {
         if (size_ == 0) return nullptr;
         const std::size_t slot = slot_of(key);
         return slots_[slot].first == key ? &slots_[slot].second : nullptr;
     }
-    /// Returns the value of the key, and inserts T{} if it is absent. The reference is valid until the next `at`.
+    /// Inserts T{} if the key is absent. The reference is valid until the next `at`.
     [[nodiscard]] T& at(Key key) {
         if (2 * (size_ + 1) > slots_.size()) grow();
         auto& [there, value] = slots_[slot_of(key)];
@@ -344,7 +343,7 @@ class ScratchMap {
         slots_.assign(slots_.size(), {});  // the stamp counter overflowed
         stamp_ = 1;
     }
-    /// Returns a pointer to the value, or null if the key is absent. The pointer is valid until the next insertion.
+    /// Pointer to the value, or null if absent; valid until the next insertion.
     [[nodiscard]] const T* find(Key key) const {
         const Slot& slot = slots_[slot_of(key)];
         return slot.stamp == stamp_ ? &slot.value : nullptr;

@@ -67,7 +67,6 @@ struct DoubleDouble {
     return fast_two_sum(root, (((a.high - p.high) - p.low) + a.low) / (2 * root));
 }
 
-/// Returns 2^n for −1022 ≤ n ≤ 1023.
 [[nodiscard]] constexpr double power_of_two(std::int64_t n) {
     return std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023) << 52U);
 }
@@ -83,7 +82,6 @@ constexpr std::uint64_t upper_bits = ~((std::uint64_t{1} << 27U) - 1);  // mask 
 
 // ---------------------------------------------------------------- exponentials
 
-/// Returns the table of 2^(i/128) for i = 0 … 127.
 constexpr std::array<DoubleDouble, 128> make_powers() {
     const DoubleDouble t{ln2.high / 128, ln2.low / 128};
     DoubleDouble step{1, 0};
@@ -111,7 +109,6 @@ OfExponent reduced(DoubleDouble x) {
     return {high, (rest - high) + small, static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(shifted))};
 }
 
-/// Returns e^r − 1 − r.
 double beyond_linear(double r) {
     return r * r * (0.5 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720)))));
 }
@@ -146,7 +143,6 @@ DoubleDouble exp_of(double x) {
     const double rest = s.low + (linear.low + (power.low + (power.high * low + power.low * r.high)));
     return scaled(fast_two_sum(s.high, rest), power_of_two(r.n >> 7));
 }
-/// Returns e^x − 1 for |x| < 600.
 DoubleDouble expm1_of(double x) {
     const OfExponent r = reduced({x, 0});
     if (r.n == 0) return fast_two_sum(r.high, r.low + beyond_linear(r.high));
@@ -230,7 +226,6 @@ double special_log(double x) {
 }
 bool has_log(double x) { return x > 0 && x < infinity; }
 
-/// Returns x^y for x > 0 and finite x and y.
 double positive_pow(double x, double y) {
     const DoubleDouble ln = log_of(x);
     const double about = y * ln.high;
@@ -548,7 +543,6 @@ DoubleDouble angle_below_diagonal(DoubleDouble y, DoubleDouble x) {
     return fast_two_sum(sum.high, sum.low + (arc.low + (t.low + series)));
 }
 
-/// Returns the angle between the x axis and the vector (x, y), for y ≥ 0.
 DoubleDouble angle_above(DoubleDouble y, DoubleDouble x) {
     const bool left = x.high < 0;
     if (left) x = -x;

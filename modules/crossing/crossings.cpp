@@ -187,8 +187,8 @@ class Facets {
 constexpr int first_effort = 4;
 constexpr std::size_t growth = 8;
 
-/// Repeats the tests of open pairs with increasing effort, until `work` pairs of pieces are tested. The effort depends
-/// on counts only, not on threads.
+/// Repeats the tests of undecided pairs with increasing effort, until `work` pairs of pieces are tested. The effort
+/// depends on counts only, not on threads.
 template <class AllFacets>
 Outcome<CrossingSearch> refine_search(const AllFacets& facets, CrossingSearch looking, std::size_t work,
                                       const Execution& execution) {

@@ -101,7 +101,7 @@ template <int D>
 [[nodiscard]] Crossing crossing_of(const NodalFacet<D>& first, const NodalFacet<D>& second,
                                    int effort = default_effort);
 
-/// Tests a facet for self-intersection. A regular plane curve has none, so it is disjoint.
+/// Tests a facet for self-intersection. The result is `disjoint` if it has none, as any regular plane curve.
 template <int D>
 [[nodiscard]] Crossing crossing_of_itself(const NodalFacet<D>& facet, int effort = default_effort);
 
@@ -115,7 +115,6 @@ struct CrossingResult {
     bool cut_short = false;  ///< undecided because of limited effort
 };
 
-/// Like `crossing_of` and `crossing_of_itself`, with the number of steps.
 template <int D>
 [[nodiscard]] CrossingResult test_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, int effort);
 template <int D>
@@ -185,7 +184,7 @@ struct FacetCrossing {
     friend bool operator==(const FacetCrossing&, const FacetCrossing&) = default;
 };
 
-/// Maximum number of pairs of pieces tested for all open pairs of a mesh.
+/// Maximum number of pairs of pieces tested for all facet pairs that the first tests leave undecided.
 [[nodiscard]] constexpr std::size_t max_steps(std::size_t facets) { return 100'000 + 16 * facets; }
 
 struct Crossings {
@@ -200,8 +199,8 @@ struct Crossings {
 };
 
 /// Tests boundary and interface facets for crossings and self-intersections, which valid elements (det J > 0) do not
-/// exclude. After a first test of all pairs, pairs that are still open share `max_steps`. Time: n log n plus the tests
-/// of close pairs. Errors: memory, stopped.
+/// exclude. All pairs are tested first with small effort. The pairs that are then undecided share `max_steps`. Time: n
+/// log n plus the tests of close pairs. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, const Execution& execution);
 
@@ -282,8 +281,8 @@ template <int D>
     return both;
 }
 
-/// Two triangles have a common corner with sides a, b and c, d. Returns true if a line through the corner separates
-/// their projections along the first triangle's normal.
+/// Two triangles have a common corner, at which the first has the sides a and b, the second c and d. Returns true if a
+/// line through the corner separates their projections along the first triangle's normal.
 [[nodiscard]] inline bool are_apart_along(const Normal& n, const Side<3>& a, const Side<3>& b, const Side<3>& c,
                                           const Side<3>& d) {
     const auto turn = [&](const Side<3>& x, const Side<3>& y) {
@@ -355,7 +354,7 @@ struct Overlaps {
     bool looked_at = false;       ///< false: the mesh has no elements, or an open boundary
     std::size_t walls = 0;        ///< boundary parts (walls) that were tested
     std::size_t undecided = 0;    ///< walls without a certified result
-    std::size_t overlapping = 0;  ///< touching facet pairs and walls that are inside other elements
+    std::size_t overlapping = 0;  ///< number of touching facet pairs and of walls inside other elements
     /// Unique, sorted pairs of elements: one pair for each of the `overlapping` items.
     std::vector<ElementOverlap<D>> found = {};
 

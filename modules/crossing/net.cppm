@@ -15,9 +15,10 @@ import :crossings;
 /// A piece of a facet: Bézier points, and features shared with pieces of the other facet.
 namespace camber {
 
-/// Pieces of a pair have an origin close to both facets, and a unit such that Bézier coordinates are at most 1.
-/// Rounding errors, with u = 2⁻⁵³: u/4 for node minus origin (nodes are below 1/4), 2 u for a Bézier point, at most 4 u
-/// for each division, because means of two do not amplify errors. The total is below 128 u for `max_divisions`.
+/// The coordinates of pieces have an origin close to both facets of the pair, and a unit such that Bézier coordinates
+/// are at most 1. Rounding errors, with u = 2⁻⁵³: u/4 for node minus origin (nodes are below 1/4), 2 u for a Bézier
+/// point, at most 4 u for each division, because means of two do not amplify errors. The total is below 128 u for
+/// `max_divisions`.
 inline constexpr int max_divisions = 24;
 inline constexpr double coordinate_error = 0x1p-46;
 
@@ -36,7 +37,7 @@ struct SharedPart {
 
     [[nodiscard]] SharedPoint division() const { return edge == 0 ? 0 : SharedPoint{edge} << 32U | part; }
     [[nodiscard]] bool same_as(const SharedPart& o) const { return edge != 0 && edge == o.edge && part == o.part; }
-    /// Half of this part at an end of the piece's edge.
+    /// Half of this part, at end 0 or 1 of the piece's edge.
     [[nodiscard]] SharedPart at_end(int end) const {
         return {edge, 2 * part + ((end == 1) != against ? 1U : 0U), against};
     }
@@ -262,8 +263,8 @@ template <int D>
     return weights;
 }
 
-/// Point of the simplex closest to the origin; only the points that support it are kept. The last point is the newest.
-/// None: the simplex contains the origin.
+/// Returns the point of the simplex closest to the origin, and removes the vertices that do not determine it. The last
+/// vertex is the newest. None: the simplex contains the origin.
 template <int D>
 [[nodiscard]] inline std::optional<Vec<D>> nearest_place(GjkSimplex<D>& simplex) {
     const Vec<D> last = simplex.points[simplex.size - 1];
@@ -297,15 +298,15 @@ template <int D>
     return nearest;
 }
 
-/// Searches a direction that has positive scalar products with all points of a set. `lowest(n)` returns the point with
-/// the minimum product; `proves(n)` is a rigorous test.
+/// Searches a direction n that has positive scalar products with all points of a set. `lowest(n)` returns the point
+/// with the minimum product; `proves(n)` tests n rigorously.
 template <int D, class Lowest, class Proves>
 [[nodiscard]] inline bool finds_direction(Vec<D> start, Lowest&& lowest, Proves&& proves) {
     constexpr int max_tries = 12;
     GjkSimplex<D> simplex;
     Vec<D> n = start;
     for (int i = 0; i < max_tries; ++i) {
-        // The products would underflow for a smaller n.
+        // Products with a smaller n would underflow.
         if (!(norm_squared(n) > 0)) return false;
         if (proves(n)) return true;
         const Vec<D> point = lowest(n);
@@ -356,8 +357,8 @@ template <int D>
 }
 
 /// True if a plane through the only shared point (corner i of the first and j of the second) separates all other Bézier
-/// points. For its normal n, n · F has the Bernstein coefficient 0 at the shared point and positive ones elsewhere, so
-/// the pieces meet only there.
+/// points. The distance of a piece from this plane then has the Bernstein coefficient 0 at the shared point and
+/// coefficients of one sign elsewhere, so the pieces meet only there.
 template <int D>
 [[nodiscard]] inline bool separated_at(const Net<D>& first, int i, const Net<D>& second, int j) {
     constexpr std::size_t n_vectors = 2 * (quadratic_nodes<D - 1> - 1);
@@ -387,15 +388,17 @@ template <int D>
 /// Proof that one triangle, or a pair of triangles with a common edge, does not intersect itself.
 namespace camber {
 
-/// A triangle with the base `from`–`to`. `side` (1 or −1) is its side of the base in the parameter plane.
+/// A triangle with the base `from`–`to`. `side`: the side of the base, in the parameter plane, on which the triangle
+/// is: 1 or −1.
 struct Sheet {
     const Net<3>* net = nullptr;
     int from = 0, to = 1, apex = 2;
     double side = 1;
 };
 
-/// dF/ds and dF/dt at the corners, up to factors. In the parameters s and t, the base goes from (−1, 0) to (1, 0), and
-/// the apex is (lean, ±1). dF is affine, so its other values are means of the values at the corners.
+/// Derivatives of a sheet's map F at the corners, ∂F/∂s and ∂F/∂t, up to factors. In the parameters s and t, the base
+/// goes from (−1, 0) to (1, 0), and the apex is (lean, ±1). The derivatives are affine, so their other values are means
+/// of those at the corners.
 struct SheetSlopes {
     std::array<Vec<3>, 3> s{}, t{};
 };
@@ -425,7 +428,7 @@ struct SheetSlopes {
 
 [[nodiscard]] inline Vec<3> perpendicular_part(const Vec<3>& n, const Vec<3>& v) { return v - dot(n, v) * n; }
 
-/// Weighted rows of the matrix A.
+/// Weighted rows of the matrix A (see `is_graph`), and the sizes of the sheets.
 struct Layout {
     Vec<3> along, across;
     double length = 0, weight = 1;
@@ -433,8 +436,8 @@ struct Layout {
     bool fits = false;
 };
 
-/// Chooses the lengths, the leans (subtracted from the slopes) and the rows of A, in the projection along `view` (0: no
-/// projection). A bad choice can only make the proof fail.
+/// Chooses sizes and leans of the sheets, and the rows of A, in the projection along `view` (0: no projection).
+/// Subtracts the leans from the slopes. A bad choice can only make the proof fail.
 [[nodiscard]] inline Layout laid_out(std::span<SheetSlopes> slopes, const Vec<3>& view) {
     Layout out;
     for (const SheetSlopes& d : slopes) out.along += perpendicular_part(view, mean(d.s));
@@ -463,7 +466,7 @@ struct Layout {
     return out;
 }
 
-/// For the map F of the sheets: true if A dF + (A dF)ᵀ is positive definite at all corners, rounding included. Slopes
+/// True if A dF + (A dF)ᵀ is positive definite at all corners of the sheets, rounding included (see `is_graph`). Slopes
 /// are sums of at most six Bézier points.
 [[nodiscard]] inline bool is_definite(std::span<const SheetSlopes> slopes, const Layout& layout) {
     const auto& [along, across, length, weight, heights, fits] = layout;

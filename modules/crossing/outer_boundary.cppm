@@ -20,7 +20,7 @@ import :crossings;
 import :net;
 import :planar;
 
-/// The outer boundary of a mesh, and the number of elements at the inner side of its parts.
+/// The outer boundary of a mesh, its parts, and the number of elements at the inner side of each part.
 namespace camber {
 
 inline constexpr std::uint32_t no_boundary_row = 0xffffffffU;
@@ -33,7 +33,6 @@ struct OuterFacet {
     ElementId element;
 };
 
-/// Facet with reversed normal.
 template <int D>
 [[nodiscard]] inline NodalFacet<D> turned(NodalFacet<D> facet) {
     std::swap(facet.nodes[0], facet.nodes[1]);
@@ -112,7 +111,7 @@ inline constexpr std::size_t max_trials = 4;
 
 template <int D>
 struct Witness {
-    int covers = 0;  ///< 0: undecided
+    int covers = 0;  ///< number of elements that contain `point`; 0: undecided
     std::uint32_t facet = no_boundary_row;
     Vec<D> point{};
 };
@@ -162,9 +161,10 @@ class OuterBoundary {
         std::sort(opposite_.begin(), opposite_.end());
     }
 
-    /// Walls: boundary parts connected by edges (2D: vertices) of exactly two facets, without other contacts. The
-    /// number of elements at the inner side is constant on a wall. A touched facet is a wall of one facet. Facets that
-    /// cross others, or are known to be inside other elements, are excluded. None if the boundary is open.
+    /// Returns the walls: boundary parts connected by edges (2D: vertices) of exactly two facets, without other
+    /// contacts. The number of elements at the inner side is constant on a wall. A facet that others touch is a wall
+    /// alone. Facets that cross others, or are known to be inside other elements, are excluded. None if the boundary is
+    /// open.
     [[nodiscard]] std::optional<std::vector<std::vector<std::uint32_t>>> walls() const {
         std::vector<std::uint32_t> parent(facets_.size());
         std::iota(parent.begin(), parent.end(), 0U);
@@ -325,7 +325,7 @@ class OuterBoundary {
         tree_.meeting(along, [&](std::size_t item) {
             const std::uint32_t g = of_tree_[item];
             if (g == f || !beyond.certain) return;
-            // A facet with a common area and opposite normal has the same distance; it counts as beyond.
+            // An opposite facet that has an area in common with facet f is at the same distance; it counts as beyond.
             beyond = beyond + caster.hits(facets_[g].nodes, are_opposite(f, g) ? RayRange{} : at);
         });
         if (!beyond.certain || 1 + beyond.count < 1) return {};

@@ -167,8 +167,7 @@ std::optional<std::array<double, N>> solved(std::array<std::array<double, N>, N>
     return b;
 }
 
-/// Point with the maximum distance from all faces of two straight elements. There, D + 1 distances are equal, so all
-/// such points are tried.
+/// Point whose minimum depth below all faces of two straight elements is largest. There, D + 1 depths are equal.
 template <int D>
 Vec<D> deepest_point(const MeshNodes<D>& mesh, ElementId first, ElementId second) {
     constexpr int count = 2 * (D + 1);

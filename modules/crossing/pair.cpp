@@ -229,7 +229,7 @@ int axis_of_line(const Point<3>& n, const Point<3>& m) {
 struct EdgeInPlane {
     Point<3> p, q;
     bool is_left = false;
-    Sides<3> other;  ///< heights of the other triangle's vertices over the edge, positive on the left
+    Sides<3> other;  ///< heights of the other triangle's vertices over this edge, positive on its left
 };
 std::array<EdgeInPlane, 6> edges_in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y) {
     std::array<EdgeInPlane, 6> edges;
@@ -244,8 +244,8 @@ std::array<EdgeInPlane, 6> edges_in_plane(const Simplex<3>& a, const Simplex<3>&
     return edges;
 }
 
-/// In the plane of axes x and y, triangles are convex. So they overlap unless the line of an edge separates them; on
-/// this line they may touch.
+/// Triangles are projected to the plane of axes x and y. They are convex, so they overlap unless the line of an edge
+/// separates them; if they meet on this line, they touch.
 Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int common) {
     bool overlap_everywhere = true;
     Crossing found = Crossing::disjoint;
@@ -330,7 +330,7 @@ std::optional<Contact> contact_of_straight(const NodalFacet<2>& first, const Nod
         if (overlap(section<2>(a, of_a, axis), section<2>(b, of_b, axis)) != Overlap::stretch) return Contact::rims;
         return (a[1][axis] > a[0][axis]) == (b[1][axis] > b[0][axis]) ? Contact::inside : Contact::opposite;
     }
-    // Each body is to the left of its edges. An edge whose end is inside the other's body enters it.
+    // Each edge has its body on its left. An edge whose end is inside the other edge's body enters that body.
     const auto enters = [](const Sides<2>& of_wall, const Sides<2>& of_other) {
         return of_wall.straddle() && of_other.any_above() && !of_other.any_below();
     };
@@ -349,8 +349,8 @@ std::optional<Contact> contact_of_straight(const NodalFacet<3>& first, const Nod
         if (!share_area(a, b, (axis + 1) % 3, (axis + 2) % 3)) return Contact::rims;
         return (n[axis] > 0) == (m[axis] > 0) ? Contact::inside : Contact::opposite;
     }
-    // Each body is below its facets. A facet that meets the interior of another facet and is partly below it enters the
-    // body.
+    // Each facet has its body below it. A facet that meets the interior of another facet and is partly below that facet
+    // enters its body.
     const int axis = axis_of_line(n, m);
     const LineInterval in_a = section<3>(a, of_a, axis), in_b = section<3>(b, of_b, axis);
     const bool enters_a = of_a.straddle() && of_b.any_below() && meets_inside(in_a, in_b);

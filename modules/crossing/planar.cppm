@@ -103,7 +103,7 @@ class Search {
         return worst;
     }
 
-    /// Assigns ids to corners and edges, so that pieces of the same facet share them.
+    /// Assigns ids to the corners and edges of a facet, which its pieces inherit.
     static Net<3> named(Net<3> net) {
         for (int i = 0; i < 3; ++i) {
             net.corner[i] = static_cast<SharedPoint>(i) + 1;
@@ -117,8 +117,8 @@ class Search {
 
 }  // namespace camber
 
-/// Projection along an axis: disjoint projections prove that facets are disjoint. It serves almost coplanar facets
-/// between arcs with a gap smaller than their sag, which tests in 3D would divide into very small pieces.
+/// Projection along an axis: disjoint projections prove that facets are disjoint. This is for almost coplanar facets
+/// whose edges are arcs with a gap smaller than their sag. Tests in 3D would divide such facets into very small pieces.
 namespace camber {
 
 struct PlanarProjection {
@@ -222,7 +222,7 @@ class PlanarTest {
         projections_ = {projection_of(first, axis_), projection_of(second, axis_)};
     }
 
-    /// Disjoint if the projections are disjoint; touching if the facets are coplanar and certainly have unshared points
+    /// Disjoint if the projections are disjoint. Touching if the facets are coplanar and certainly have unshared points
     /// in common. Otherwise none.
     template <class InOnePlane>
     [[nodiscard]] std::optional<Crossing> verdict(InOnePlane&& in_one_plane) {
@@ -262,8 +262,8 @@ class PlanarTest {
         return worst;
     }
 
-    /// True if the midpoints of this facet's edges are outside the other facet. They decide for whole edges, because
-    /// edges meet only at shared points.
+    /// True if the midpoints of this facet's unshared edges are outside the other facet. The whole edges are then
+    /// outside, because edges meet only at shared points.
     [[nodiscard]] bool is_outside(int side) const {
         for (int e = 0; e < 3; ++e)
             if (!is_shared(side, e) &&
@@ -308,7 +308,7 @@ template <int D>
 /// Contact of two touching facets. The body of each facet lies opposite to its normal. In 2D, the normal points to the
 /// right.
 enum class Contact : std::uint8_t {
-    rims,      ///< at the boundary of a facet, or outside the other's body
+    rims,      ///< a facet touches the other only at a boundary, or outside the other's body
     opposite,  ///< common area (2D: length), with bodies on opposite sides
     inside     ///< overlapping bodies: a facet lies on the other's interior with its body on the same side, or enters
                ///< the other's body
@@ -333,7 +333,7 @@ struct Ray {
     int sign = 1;  ///< direction along the axis: 1 or −1
 };
 
-/// Intersections of a ray with facets, beyond a range of distances (model units).
+/// Intersections of a ray with facets whose distances are beyond a range (model units).
 struct RayHits {
     int count = 0;  ///< number of hits from the inner side minus hits from the outer side
     int pieces = 0;
@@ -386,8 +386,8 @@ class RayCaster {
   public:
     explicit RayCaster(const Ray<D>& ray) : ray_(ray) {}
 
-    /// Hits of the ray on a facet. Curved facets are divided until each piece misses the ray, is below the range, or is
-    /// beyond it and smaller than `resolution`.
+    /// Returns the hits of the ray on a facet beyond `range`. Curved facets are divided until each piece misses the
+    /// ray, is below the range, or is beyond it and smaller than `resolution`.
     [[nodiscard]] RayHits hits(const NodalFacet<D>& facet, const RayRange& range = {},
                                double resolution = std::numeric_limits<double>::infinity()) const {
         const auto unit = unit_for(facet, facet, ray_.start);

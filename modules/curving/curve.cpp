@@ -166,9 +166,11 @@ class Curving {
     }
 
     Outcome<CurveStatistics> curve_accurately(const Execution& execution) {
-        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // fraction of the progress for
-                                                                                       // placing nodes; measuring all
-                                                                                       // lengths takes longer
+        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // fraction of the progress bar
+                                                                                       // for placing nodes; if all
+                                                                                       // lengths are measured,
+                                                                                       // measuring takes longer than
+                                                                                       // placing
         const auto placed = place_accurately(part_of(execution, 0, of_nodes));
         if (!placed) return placed;
         const auto measured = measure_placed(part_of(execution, of_nodes, 1));
@@ -404,7 +406,8 @@ Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
     return guarded([&]() -> Outcome<Buffer<LagrangeNode<D>>> {
         Buffer<LagrangeNode<D>> nodes(mesh.edges.size());
         auto done = each_chunk(execution, nodes.size(), [&](std::size_t begin, std::size_t end) {
-            // Displacements of the moved nodes. Each is measured in the metrics of both ends.
+            // Displacements of the moved nodes, each listed twice to be measured in the metrics of both ends of the
+            // edge.
             std::vector<std::size_t> moved;
             std::vector<LogMetric<D>> metrics;
             std::vector<Vec<D>> displacements;

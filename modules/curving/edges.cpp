@@ -183,7 +183,8 @@ Sym<D> scaled(const SpectralMetric<D>& metric, double weight) {
     return out;
 }
 
-/// Returns a model that is stiff in all directions, also along the edge, and independent of the metric's scale.
+/// Returns a quadratic cost of a node's offset. The cost is high in all directions, also along the edge, and
+/// independent of the metric's scale.
 template <int D>
 QuadraticModel<D> accuracy_model(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
     const SpectralMetric<D> metric(log_metric);

@@ -43,7 +43,7 @@ enum class MeasuredEdges : std::uint8_t {
 
 struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
   private:
-    using EdgeMinimiserOptions::objective;  // set by `aim`
+    using EdgeMinimiserOptions::objective;  // set by the option `aim`
 
   public:
     CurvingAim aim = CurvingAim::accuracy;
@@ -75,8 +75,8 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
 
 struct SearchFlags {
     std::uint8_t volume = 0, curved = 0, polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
-    std::uint8_t by_walls = 0, by_metric = 0;  ///< aim accuracy: 1 if boundaries (`by_walls`) or the metric moved the
-                                               ///< node by more than 1/1000 of the chord
+    std::uint8_t by_walls = 0, by_metric = 0;  ///< for the aim `accuracy`: 1 if boundaries (`by_walls`) or the metric
+                                               ///< moved the node by more than 1/1000 of the chord
 };
 
 template <int D>
@@ -84,7 +84,8 @@ struct EdgeTarget {
     LagrangeNode<D> node;
     EdgeChange change = EdgeChange::straight;
     SearchFlags flags;
-    /// Lengths of the chord and of the edge with `node`, by `report_points`; 0 on boundary and unmeasured edges.
+    /// Lengths of the chord and of the edge with `node`, with `report_points` quadrature points; 0 on boundary and
+    /// unmeasured edges.
     double straight_length = 0, length = 0;
 };
 
@@ -107,7 +108,6 @@ struct SearchedEdges {
     const Column<LagrangeNode<D>>& base;
 };
 
-/// Number of edges searched together, so large that most packs are full.
 inline constexpr std::size_t searched_together = 1024;
 
 /// Computes `targets[i]`, without lengths, of the i-th searched edge for the aims `energy` and `length`. The mesh of
@@ -181,8 +181,8 @@ enum class BoundaryNodeAim : std::uint8_t {
 
 struct PlacementOptions {
     BoundaryNodeAim boundary_nodes = BoundaryNodeAim::projection;
-    /// For the aim `length`: maximum distance of the edge from the geometry, divided by the sagitta. The edge may
-    /// always have twice the distance of the edge with the projected middle.
+    /// For the aim `length`: maximum distance of the edge from the geometry, divided by the sagitta. The maximum is at
+    /// least twice the distance of the edge whose node is the projected chord middle.
     double distance_share = 0.02;
 
     [[nodiscard]] static constexpr auto options() {
@@ -204,10 +204,10 @@ struct PlacementOptions {
 };
 
 enum class PlacementStatus : std::uint8_t {
-    fixed,  ///< not moved: a volume node, a required node, or an edge on a line
+    fixed,  ///< not moved: a volume node, a required node, or an edge on a straight line of the geometry
     placed,
-    best,      ///< not moved: the finer rule found no better position
-    off,       ///< not moved: the node, or every step of it, is off the geometry
+    best,      ///< not moved: no better position was found
+    off,       ///< not moved: the node is not on the geometry, or no step from it stays there
     far,       ///< not moved: better edges are too far from the geometry
     elements,  ///< not moved: the elements allow no motion
 };
@@ -228,8 +228,8 @@ struct PlacementStatistics {
     std::size_t placed = 0, best = 0;
     std::size_t off = 0, far = 0, elements = 0;
     std::size_t walked = 0, limited = 0;  ///< placed nodes that left their facets (`walked`) or moved a part of the way
-    double mean_reduction = 0, largest_reduction = 0;  ///< relative reduction of the aim: of its sum over `edges`, and
-                                                       ///< the largest one of an edge
+    double mean_reduction = 0, largest_reduction = 0;  ///< before/after − 1, for the sum of the aim over `edges`, and
+                                                       ///< the maximum over single edges
 };
 template <int D>
 [[nodiscard]] PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes);
@@ -273,13 +273,14 @@ struct CurveStatistics {
     std::size_t curved_edges = 0;  ///< volume edges with a node off the chord middle
     std::size_t polished = 0;      ///< searches stopped by a kink and completed by pattern search
     std::size_t exhausted = 0;     ///< searches that ran out of iterations
-    std::size_t shortened = 0;     ///< nodes moved towards the chord, which was shorter by the finer rule
+    std::size_t shortened = 0;     ///< nodes moved towards the chord, because the finer quadrature rule found the chord
+                                   ///< shorter
     std::size_t outside = 0;       ///< edges with sample points beyond the back mesh
     std::size_t lost = 0;          ///< edges with sample points not found in the back mesh
     std::size_t relaxed = 0;       ///< aim accuracy: nodes limited by elements
     std::size_t by_walls = 0;      ///< aim accuracy: nodes moved by boundaries, see `EdgeTarget`
     std::size_t by_metric = 0;     ///< aim accuracy: nodes moved by the metric, see `EdgeTarget`
-    std::size_t loss_limited = 0;  ///< nodes moved by less than half of the way, see `limit_smooth_loss`
+    std::size_t loss_limited = 0;  ///< nodes moved by less than half of their requested offset, see `limit_smooth_loss`
 
     CurveStatistics& operator+=(const CurveStatistics& other);
 };
@@ -353,8 +354,8 @@ namespace camber {
 template <int D>
 struct NodeReach {
     static constexpr double most = 0.3;          ///< largest motion, relative to the chord
-    static constexpr double to_the_ridge = 0.4;  ///< largest motion towards a corner on a ridge, relative to its
-                                                 ///< distance
+    static constexpr double to_the_ridge = 0.4;  ///< largest motion towards a corner on a ridge, as a fraction of the
+                                                 ///< distance to this corner
 
     Vec<D> origin, middle, chord;
     double max_shift = 0;  ///< largest motion along the chord, relative to the chord
@@ -386,7 +387,7 @@ class SheetSearch {
   public:
     SheetSearch(const EdgeSheet<D>& sheet, const NodeReach<D>& reach) : sheet_(sheet), reach_(reach) {}
 
-    /// No value if the result is out of reach.
+    /// Moves `from` by tangential coordinates y on the surface; no value if `reach_` excludes the result.
     [[nodiscard]] std::optional<SheetPosition<D>> at(const SheetPosition<D>& from, const Vec<2>& y) const {
         Vec<D> step;
         for (int i = 0; i < sheet_.unknowns(); ++i) step += y[i] * from.tangents[static_cast<std::size_t>(i)];

@@ -19,8 +19,8 @@ using Lanes = std::array<double, pack_size>;
 using FloatPack = float __attribute__((ext_vector_type(8)));
 
 constexpr std::size_t packs_at_once = 16;
-/// This fraction of the mean error is added to the error of each element for its stiffness, since tiny errors carry no
-/// information.
+/// This fraction of the mean element error is added to each element's error before `stiffen` uses the errors as
+/// weights. Tiny errors are too uncertain for that.
 constexpr double least_share = 0.01;
 
 Pack loaded(const Lanes& lanes) {
@@ -159,8 +159,9 @@ void ErrorSystem<D>::begin_pack(std::size_t pack, std::span<const Vec<D>> offset
     }
 }
 
-/// For each edge, adds |J⁻¹(d − d_0)|² times the stiffness and the error. d and d_0 are the edge's rows of `offsets`
-/// and `reference_offsets`; J is the Jacobian at the element's centre.
+/// Adds the gradient and Hessian of |J⁻¹(d − d_0)|² for each edge to the error model, times `stiffness_` and the
+/// element's error. d and d_0 are the edge's rows of `offsets` and `reference_offsets`; J is the Jacobian at the
+/// element's centre.
 template <int D>
 void ErrorSystem<D>::stiffen(std::size_t pack, std::span<const Vec<D>> offsets,
                              std::span<const Vec<D>> reference_offsets, double least) {

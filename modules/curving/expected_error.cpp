@@ -112,7 +112,8 @@ Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<
             for (int k = 0; k < edges_per_simplex<D>; ++k)
                 offsets[k] = edge_of(mesh, mesh.edges.of_elements[e][k]).offset();
             sum += squared_within<D>(rule, solution, ElementId(e), [&](const std::array<double, D + 1>& at) {
-                // Columns of J: the axes, plus 4 (λ_j ∇λ_i + λ_i ∇λ_j) times the offset of each edge i–j.
+                // Columns of J: the edge vectors from vertex 0, plus the derivatives of 4 λ_i λ_j times the offset of
+                // each edge i–j.
                 std::array<Vec<D>, D + 1> corners{};
                 for (int a = 1; a <= D; ++a)
                     corners[a] = mesh.linear.points[vertices[a]] - mesh.linear.points[vertices[0]];

@@ -34,7 +34,8 @@ template <int D>
 
 struct ShapeOptions {
     ExtensionOptions extension;
-    /// Without cuts, elements are rated by Bézier coefficients, which are close to the Jacobian for good shapes.
+    /// With `max_cuts` 0, elements are not bisected. Their Bézier coefficients then rate them; these are close to the
+    /// Jacobian for good shapes.
     EdgeProgramOptions program{.tolerance = 1e-3, .max_cuts = 0};
     double enough = 0.95;    ///< elements that reach this scaled Jacobian are skipped
     double min_gain = 1e-3;  ///< minimum increase of the scaled Jacobian by a step
@@ -96,7 +97,8 @@ export namespace camber {
 ///
 ///   Σ_e g_e k_e² ≤ (1 + loss)² − 1,
 ///
-/// so the most costly offsets shrink most. Returns the number of offsets more than halved. Errors: stopped, memory.
+/// so the most costly offsets shrink most. Returns the number of offsets that were more than halved. Errors: stopped,
+/// memory.
 template <int D>
 [[nodiscard]] Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incidence<ElementId>& shells,
                                                      double loss, std::span<Vec<D>> offsets,
@@ -110,7 +112,8 @@ struct PartLosses {
     OwnVertices owned;
     std::span<Vec<D>> offsets;
 };
-/// Limits the offsets of all parts together; returns the number of offsets in the local parts more than halved.
+/// Limits the offsets of all parts together. Returns the number of offsets in the local parts that were more than
+/// halved.
 template <int D>
 [[nodiscard]] Outcome<std::size_t> limit_smooth_loss(std::span<const PartLosses<D>> parts, double loss,
                                                      PartCommunication<D>& between, const Execution& execution);
@@ -150,10 +153,10 @@ template <int D>
                                                const Execution& execution);
 
 /// Reduces `offsets` from the nodes `base` (one row per edge) until scaled Jacobians reach `least`
-/// (docs/algorithms/edge-accuracy.md). An element below `least` requests the largest factor 3/4, 1/2, 1/4 or 0 of its
-/// offsets that reaches `least`, or else the best factor. The offset of an edge is multiplied by the minimum factor of
-/// its elements. Elements around changed edges are then checked again. Returns the number of limited edges. Errors:
-/// stopped.
+/// (docs/algorithms/edge-accuracy.md). Each element below `least` chooses a factor for its offsets: the largest of 3/4,
+/// 1/2, 1/4 and 0 with which it reaches `least`, or else the one with the largest Jacobian. The offset of an edge is
+/// multiplied by the minimum factor of its elements. Elements around changed edges are then checked again. Returns the
+/// number of limited edges. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh,
                                                      std::span<const LagrangeNode<D>> base,

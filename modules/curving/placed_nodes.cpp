@@ -22,8 +22,8 @@ namespace {
 constexpr double min_gain = 1e-6;      // smaller relative decreases of length are ignored
 constexpr double min_relief = 0.01;    // smaller relative decreases of distance are ignored
 constexpr double no_distance = 1e-10;  // fraction of the chord below which distances count as 0
-constexpr double distance_growth = 2;  // aim `length`: allowed ratio of the distance to that of the edge with the
-                                       // projected middle
+constexpr double distance_growth = 2;  // aim `length`: the edge may be this many times as far from the geometry as with
+                                       // the projected middle
 constexpr int max_halvings = 6;
 
 template <int D>
@@ -132,7 +132,8 @@ class NodeSearch {
         return out;
     }
 
-    /// Moves the start by `offset` and projects it again; no value if this is no improvement.
+    /// Moves the start by `offset` and projects it onto the surface. No value if the edge is then too far from the
+    /// geometry or not improved.
     [[nodiscard]] std::optional<PlacedNode<D>> seated(const Vec<D>& offset, PlacedNode<D> whole) const {
         const auto place = search_.at(start_, search_.coordinates(start_, offset));
         if (!place || farthest(*place) > largest_allowed()) return std::nullopt;

@@ -48,7 +48,7 @@ namespace {
 
 constexpr std::size_t programme_grain = 16;
 
-/// Best node of an edge, and its gain in the smallest scaled Jacobian; the gain is 0 if it is too small.
+/// Best node position of an edge, and the increase of the smallest scaled Jacobian by it; 0 if it is too small.
 template <int D>
 struct Raise {
     LagrangeNode<D> node;
@@ -69,8 +69,8 @@ struct Polish {
     Buffer<double> values;
     Buffer<double> requested;
     Buffer<Turn> turns;
-    Buffer<std::uint8_t> is_known;  ///< for each edge: 1 if the elements around it are unchanged since its program was
-                                    ///< solved
+    Buffer<std::uint8_t> is_known;  ///< for each edge: 1 if the elements around it are unchanged since its linear
+                                    ///< program was solved
     Buffer<Raise<D>> raises;
     Buffer<std::uint32_t> changed_in;
     std::uint32_t round = 0;

@@ -119,7 +119,8 @@ class Histogram {
 
   private:
     static constexpr int shift = 19;  // drops 19 of 23 mantissa bits
-    std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // whole numbers
+    std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // counts of offsets, as
+                                                                                           // whole numbers
 };
 
 [[nodiscard]] double limit_for(const Histogram& histogram, double budget) {
@@ -313,7 +314,8 @@ class Elements {
     [[nodiscard]] bool stays(std::size_t e) const {
         return std::ranges::all_of(edges_of(e), [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
     }
-    /// Relative to |straight|, since thin elements along curves may be inverted when straight, but valid when curved.
+    /// Divides by |straight|, the absolute Jacobian of the straight element. Thin elements along curves may be inverted
+    /// when straight, but valid when curved.
     [[nodiscard]] static double scaled(double lowest, double straight) {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         if (straight == 0) return lowest >= 0 ? infinity : -infinity;

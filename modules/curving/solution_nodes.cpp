@@ -29,8 +29,8 @@ Vec<D> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
 }
 
-/// Returns the fraction of a step with which the offset's part along the chord stays within `most` chords, or does not
-/// grow. Shortening only this part would move nodes off an oblique front.
+/// Returns the fraction of `step` to be taken. The component of the offset along the chord then stays within `most`
+/// chord lengths, or does not grow. Shortening only this component would move nodes off an oblique front.
 template <int D>
 double share_within_slide(const Vec<D>& offset, const Vec<D>& step, const Vec<D>& chord, double most) {
     const double square = norm_squared(chord);
@@ -260,7 +260,8 @@ class Frames {
         return Column<LagrangeNode<D>>(std::move(nodes));
     }
 
-    /// Multiplies by `part` the moves of nodes near which the error increased noticeably; returns their number.
+    /// Multiplies the moves of nodes near which the error increased noticeably by the factor `part`. Returns their
+    /// number.
     std::size_t shorten_worse(std::span<const double> before, std::span<const double> after, double all, double part,
                               Buffer<Vec<D>>& moves) const {
         constexpr double of_all = 1e-3, of_own = 0.2;

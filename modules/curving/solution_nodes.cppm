@@ -131,7 +131,8 @@ struct PackPolynomial {
     }
 
   private:
-    /// Returns value and slopes of the polynomial in two coordinates whose coefficients end at `end`.
+    /// Returns value and slopes of a polynomial in two coordinates. Its coefficients are the last ones of `c` before
+    /// index `end`.
     [[nodiscard, gnu::always_inline]] PackSlope<2> plane(const PackVec<2>& x, int end, int degree) const {
         PackSlope<2> sum{packed(0), {packed(0), packed(0)}};
         for (int left = 0; left <= degree; ++left) {
@@ -238,8 +239,8 @@ class PackFrame {
         return PackJacobian<D>(columns(at));
     }
 
-    /// Result of `displaced`: ξ + s, and J there, for the solution s of F(ξ + s) − F(ξ) = δ by Newton's method in each
-    /// lane. If δ leads to a fold or beyond, F is replaced by its tangent at ξ.
+    /// Result of `displaced`. For δ = `delta`, Newton's method solves F(ξ + s) − F(ξ) = δ in each lane: `at` is ξ + s,
+    /// and `jacobian` is J there. If δ leads to a fold or beyond, F is replaced by its tangent at ξ.
     struct Place {
         PackVec<D> at;
         PackJacobian<D> jacobian;
@@ -356,7 +357,8 @@ inline constexpr auto simplex_rule = [] {
 /// Interpolation error on eight curved elements, with derivatives.
 namespace camber {
 
-/// Eight elements, with the edge offsets of the frame and the current ones.
+/// Eight elements: edge offsets in the mesh for which the solution was evaluated (`frame_offsets`), and current
+/// offsets.
 template <int D>
 struct ElementPacks {
     std::array<PackVec<D>, D> axes;  ///< [a]: vertex a + 1 minus vertex 0
@@ -393,8 +395,8 @@ class ErrorSystem {
     ErrorSystem(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Incidence<ElementId>& shells,
                 const KnownSolution<D>& solution, double stiffness);
 
-    /// Sets the current offsets from chord middles; the stiffness pulls them towards `reference_offsets`. Returns the
-    /// squared error.
+    /// Sets the edge offsets from which the next steps start, relative to chord middles. The stiffness pulls them
+    /// towards `reference_offsets`. Returns the squared error.
     [[nodiscard]] Outcome<double> begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> reference_offsets,
                                         const Execution& execution);
     [[nodiscard]] std::span<const double> errors() const { return errors_; }

@@ -91,12 +91,12 @@ template <int D>
 [[nodiscard]] Outcome<ElementWeights> expected_elements(const AdaptationRows<D>& rows, double coarser,
                                                         const Execution& execution);
 
-/// A mesh shared among ranks between block iterations. Each element, facet and line is on one rank. Rows and vertices
-/// are numbered consecutively over the ranks: first those of rank 0, then those of rank 1, and so on.
+/// A mesh shared among ranks between block iterations. Each element, facet and line is on one rank. Numbers of rows and
+/// vertices increase from one rank to the next.
 template <int D>
 struct SharedRows {
-    AdaptationRows<D> rows;  ///< the vertices of this rank precede those of other ranks in its simplices
-    Buffer<std::uint8_t> on_rim;              ///< true for vertices that other ranks may use
+    AdaptationRows<D> rows;       ///< the vertices of this rank precede those of other ranks in its simplices
+    Buffer<std::uint8_t> on_rim;  ///< true for vertices that other ranks may use
     std::vector<std::size_t> first_vertices;  ///< number of the first vertex of each rank, and the total
     AdaptationRows<D> without_elements;  ///< last rank only: fixed entities without elements; vertices also in `rows`
                                          ///< have numbers
@@ -174,8 +174,7 @@ template <int D>
 
 export namespace camber {
 
-/// A mesh that was cut into parts. Parts are numbered consecutively over the ranks: first those of rank 0, then those
-/// of rank 1, and so on.
+/// A mesh that was cut into parts. Part numbers increase from one rank to the next.
 template <int D>
 struct CutMesh {
     std::vector<AdaptationRows<D>> parts;
@@ -251,8 +250,7 @@ template <int D>
 [[nodiscard]] Outcome<FinishedRows<D>> finished_rows(SharedRows<D> shared, const InitialGeometry<D>& original,
                                                      Ranks& ranks);
 
-/// Measures of a shared mesh: metric edge lengths, each edge on one rank, and qualities of this rank's elements. Errors
-/// of measured_rows: memory, stopped.
+/// Metric edge lengths, each edge on one rank, and qualities of this rank's elements.
 struct MeasuredRows {
     std::vector<double> lengths, qualities;
 };
@@ -260,8 +258,8 @@ template <int D>
 [[nodiscard]] Outcome<MeasuredRows> measured_rows(const SharedRows<D>& shared, Ranks& ranks,
                                                   const Execution& execution);
 
-/// Options of remeshing by blocks. Block boundaries are fixed in an iteration, and the next iteration uses other
-/// blocks. The blocks are distributed over the ranks; the field and the geometry are on all ranks.
+/// Remeshing by blocks. Block boundaries are fixed in an iteration; the next iteration uses other blocks. Each rank has
+/// some of the blocks, and the whole field and geometry.
 struct RemeshBlocksOptions {
     int blocks = 0;
 

@@ -95,8 +95,8 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
             auto nodes =
                 noticeable_nodes<D>(state.mesh, state.extended.all(state.mesh), logs, without_progress(execution));
             if (!nodes) return fail(nodes.error());
-            // The searches start at the nodes of the back mesh, except if nodes are optimised for accuracy: the nodes
-            // of the back mesh would move them also along boundaries with small sag.
+            // The searches start at the nodes of the back mesh. With the aim `accuracy` they start at the extended
+            // nodes, which also follow boundaries with small sag.
             if (run.by->edges.aim != CurvingAim::accuracy)
                 state.base = starting_at(state, run.by->surface, MovedNodes<D>(state.mesh, *nodes));
             back_nodes.push_back(std::move(*nodes));

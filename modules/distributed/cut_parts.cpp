@@ -208,8 +208,6 @@ class RowSender {
         }
         return ids_[v.index()];
     }
-    /// Sends simplices that may have elements on other ranks. The owner of a simplex's lowest vertex forwards it to all
-    /// parts that contain this vertex.
     template <int K>
     Outcome<Done> put_by_owners(const Buffer<AdaptedSimplex<K>>& simplices, std::size_t first,
                                 const std::vector<PartAt>& at_shared, Buffer<SentSimplex<K>> SentRows<D>::* list) {

@@ -33,7 +33,6 @@ class SharedNumbers {
         numbers_.erase(std::ranges::unique(numbers_).begin(), numbers_.end());
     }
 
-    /// Finds the owners: the lowest rank that has a vertex.
     Outcome<Done> find_owners() {
         std::vector<std::vector<VertexId>> to(ranks_.size());
         for (const VertexId number : numbers_) to[rank_with(first_vertices_, number.index())].push_back(number);
@@ -324,7 +323,6 @@ class Finishing {
     }
 
   private:
-    /// True for lines that are not written: those that are not creases and not in the input.
     [[nodiscard]] static bool is_unlisted(Marks m) { return m.has(Mark::embedded) && m.has(Mark::implied); }
 
     Outcome<Done> begin_at(std::size_t own, std::uint64_t& first, std::uint64_t& total) {

@@ -96,8 +96,8 @@ void each_array(RingedPart<D>& part, const auto& visit) {
     visit(part.facets);
     visit(part.edges);
 }
-/// Addresses of the arrays in a value. `copy_new_arrays` copies those arrays whose address differs from `before`, the
-/// result of an earlier `arrays_of`, into new memory.
+/// Returns the addresses of a value's arrays. `copy_new_arrays` copies arrays whose address is not in `before` (from
+/// `arrays_of`) into new memory.
 template <class T>
 [[nodiscard]] std::vector<const void*> arrays_of(T& thing) {
     std::vector<const void*> arrays;
@@ -477,7 +477,8 @@ class QuadraticRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<SimplexRows<1>> edges(std::size_t begin, std::size_t end) const override;
     [[nodiscard]] Outcome<LinearMesh<D>> lists() const override { return runs_.lists(); }
 
-    /// Return positions of edge nodes, and the edge nodes of simplices (K is D, D − 1, or 1 for feature edges in 3D).
+    /// Functions that return positions of edge nodes, and the edge nodes of simplices (K is D, D − 1, or 1 for feature
+    /// edges in 3D).
     [[nodiscard]] Outcome<PointRows<D>> mid_nodes(std::size_t begin, std::size_t end) const;
     template <int K>
     [[nodiscard]] Outcome<EdgeNodeRows<K>> nodes_of(std::size_t begin, std::size_t end) const;

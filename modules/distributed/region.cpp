@@ -165,8 +165,7 @@ class MergedPlaces {
     std::map<GlobalNumber, GlobalNumber> called_;
 };
 
-/// Adds rings around the `elements` of all ranks. Each connected set of the resulting elements is a place, and is
-/// collected on the rank of the lowest of its `elements`. `balls` has the elements at vertices of own parts.
+/// Adds rings around the `elements` of all ranks. Each connected set of the resulting elements is a place.
 template <int D>
 Outcome<GrownElements<D>> grown_places(const RingedParts<D>& parts, std::span<const Incidence<ElementId>> balls,
                                        const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks) {

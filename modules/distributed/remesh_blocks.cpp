@@ -156,9 +156,7 @@ Outcome<Growing> growing(const AdaptationRows<D>& rows, Ranks& ranks, const Exec
     });
 }
 
-/// Runs preliminary iterations with limited growth, for a mesh that is to grow by a large factor. Blocks are cut by
-/// numbers of expected elements. With limited growth, they have enough elements initially, and stay within the block
-/// size.
+/// Runs preliminary iterations in which the mesh grows by a limited factor, so that blocks stay within the block size.
 template <int D>
 Outcome<RemeshedRows<D>> grow_gradually(RemeshedRows<D> rows, const AdaptationGoal<D>& goal,
                                         const ToMetricOptions& options, const BlockRemeshing& by,

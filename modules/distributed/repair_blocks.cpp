@@ -58,7 +58,6 @@ class RegionBoundary {
             if (of_surface_[v].valid()) in_region_.emplace_back(of_surface_[v], VertexId(v));
     }
 
-    /// Adds the boundary to the region's mesh. This adds no edges, so edge numbers do not change.
     [[nodiscard]] Outcome<Boundary<D>> take(const Execution& execution) {
         const LinearMesh<D>& from = surface_.mesh.linear;
         LinearMesh<D>& mesh = region_.mesh.linear;
@@ -256,9 +255,8 @@ void apply_moves(const RepairedBlocks<D>& of, const Moved<D>& moved) {
     }
 }
 
-/// Repairs elements, with nine rings around them, the maximum range of repair. Each connected set of these elements is
-/// collected on the rank of its lowest element to repair, and repaired like a mesh in `curve_mesh`. All ranks receive
-/// the moved nodes and vertices. Returns the statistics of this rank.
+/// Repairs elements. Each connected set of elements, with nine rings around it (the maximum range of repair), is
+/// repaired on one rank, like a mesh in `curve_mesh`. All ranks receive the moved nodes and vertices.
 template <int D>
 Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of, const std::vector<GlobalNumber>& elements,
                                         const RepairOptions& options, Ranks& ranks, const Execution& execution) {

@@ -70,7 +70,6 @@ class RowReceiver {
             for (const SentSimplex<D>& element : rows.elements) ++elements[element.part - first_];
         for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p].elements.reserve(elements[p]);
     }
-    /// Assigns curve positions to vertices. Copies of a vertex from several ranks get the same position.
     void sort_vertices() {
         struct Turn {
             std::uint64_t key = 0;
@@ -158,7 +157,6 @@ class RowReceiver {
             rows.elements.push_back(element.simplex);
         }
     }
-    /// Replaces the vertices of a simplex by rows of the part, and returns the number of elements that contain it.
     template <int K>
     [[nodiscard]] int elements_with(AdaptedSimplex<K>& simplex, const AdaptationRows<D>& rows,
                                     const Incidence<ElementId>& around) const {

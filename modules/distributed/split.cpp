@@ -18,8 +18,8 @@ namespace {
 /// displaced boundary add equations.
 constexpr std::uint64_t weight_of_facet = 20;
 
-/// Divides the vertices into blocks. An element counts at each of its vertices, because a part processes all elements
-/// at its vertices. Counts are summed in buckets of vertices, because the bounds of blocks may be approximate.
+/// An element counts at each of its vertices, because a part processes all elements at its vertices. Counts are summed
+/// in buckets of vertices, because the bounds of blocks may be approximate.
 template <int D>
 Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
     const RowCounts counts = rows.counts();
@@ -203,7 +203,6 @@ Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRo
     return part;
 }
 
-/// Makes a part from unsorted rows with duplicates.
 template <int D>
 Outcome<RingedPart<D>> make_part(PartRows<D> of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
                                  const PartMemory& memory, const Execution& execution) {

@@ -70,7 +70,6 @@ Simplices<K> with_places(SimplexRows<K> rows, const Simplices<K>& lists, const S
     return {std::move(rows.vertices), std::move(rows.references), lists.required, lists.entities};
 }
 
-/// Reads points in chunks, because few points are on the boundary.
 template <int D>
 Outcome<Done> read_points(const MeshRows<D>& rows, std::span<const GlobalNumber> vertices, LinearMesh<D>& mesh) {
     constexpr std::size_t chunk = std::size_t{1} << 18U;
@@ -199,7 +198,6 @@ Outcome<Done> take_boundary(const BlockRun<D>& run, PartState<D>& state, const R
     return Done{};
 }
 
-/// Returns the extended nodes of each part.
 template <int D>
 Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> PartState<D>::* kinds,
                                                              const Execution& execution) {

@@ -41,7 +41,7 @@ struct Theme {
 };
 [[nodiscard]] Theme theme_of(Background background);
 
-/// Colour ramps. For `plain`, high values are neither good nor bad.
+/// Colour ramps. `plain` is for quantities whose high values are neither good nor bad.
 enum class Ramp : std::uint8_t { plain, good_is_high };
 enum class Spacing : std::uint8_t { linear, logarithmic };
 
@@ -54,12 +54,13 @@ struct ColourRange {
     [[nodiscard]] double place_of(double value) const;
     [[nodiscard]] double value_at(double place) const;
 };
-/// Kinds without an order, for example references. A value i stands for `numbers[i]`.
+/// Colours for kinds without an order, for example references. Value i of a face stands for the kind with reference
+/// `numbers[i]`.
 struct ColourKinds {
     std::vector<Reference> numbers;
-    std::vector<std::string> names = {};       ///< name of each number, possibly empty; or no entries
-    std::vector<std::uint8_t> is_listed = {};  ///< for each number 1 if it is in the legend, else 0; no entries: all
-                                               ///< are
+    std::vector<std::string> names = {};       ///< name of each entry of `numbers`, possibly empty; or no entries
+    std::vector<std::uint8_t> is_listed = {};  ///< for each entry of `numbers`: 1 if it is in the legend, else 0; no
+                                               ///< entries: all are in it
 };
 struct OneColour {};
 using Colouring = std::variant<OneColour, ColourRange, ColourKinds>;
@@ -127,8 +128,9 @@ struct DrawnGroups {
     std::vector<Reference> hidden = {};  ///< ascending references of facets that are not drawn
 };
 
-/// Same, restricted to groups. Elements with 0 in `bodies` show only facets of the groups `shown`. Boundary faces that
-/// are no facets of the mesh have reference 0. Errors: those above.
+/// Returns the visible faces of the selected elements that `groups` does not hide. Elements with 0 in `bodies` show
+/// only facets of the groups `shown`. A boundary face that is no facet of the mesh has reference 0. Errors: unsupported
+/// (not simplices of degree 2), stopped.
 [[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<3>& mesh, std::span<const std::uint8_t> selected,
                                                   const DrawnGroups& groups, const Execution& execution);
 
@@ -189,7 +191,7 @@ struct PaperFrame {
     return p;
 }
 
-// The projection is affine, so the image of a face is again a triangle of degree 2.
+// Faces on paper. The projection is affine, so the image of a quadratic triangle is again a quadratic triangle.
 
 enum class LineKind : std::uint8_t { none, shared, rim };
 
@@ -287,12 +289,12 @@ struct PictureOptions {
     [[nodiscard]] bool has_legend() const { return !std::holds_alternative<OneColour>(colouring); }
 };
 
-/// Line width in pixels, proportional to the picture's size and between `least` and 4.
+/// Line width in pixels. It is proportional to the picture's size, but at least `least` and at most 4.
 [[nodiscard]] inline double line_width(const PictureOptions& options, double least) {
     return std::clamp(static_cast<double>(std::min(options.width, options.height)) / 800, least, 4.0);
 }
-/// Opacity of the lines of a triangle with this height (pixels), at most `most`. Narrow triangles get paler lines, so
-/// that thin layers are not black.
+/// Opacity of the lines of a triangle with the given height, where `height` and `width` (of the lines) are in pixels.
+/// It is at most `most`. Narrow triangles get paler lines, so that thin layers are not black.
 [[nodiscard]] inline double line_opacity(double height, double width, double most) {
     return std::clamp(height / (7 * width), 0.1, most);
 }

@@ -38,8 +38,8 @@ struct SmallCorner {
     Vec<3> point;
 };
 
-/// Divides a face into flat triangles. Their corners on an edge lie on chords that depend only on the edge, so no gap
-/// to the neighbouring face opens.
+/// Divides a face into flat triangles. The corners of these triangles on an edge of the face depend only on the edge.
+/// So no gap opens between the face and its neighbour.
 class Subdivision {
   public:
     void cut(const DrawnFace& patch) {
@@ -256,8 +256,8 @@ Strips sorted_into_strips(const Scene& scene) {
     return strips;
 }
 
-/// Finds the nearest face of each sample of a strip and stores `of(hit)` for the sample, else `none`. Then calls
-/// finish(strip, samples).
+/// Finds the nearest face at each sample of a strip. Stores `of(hit)` for the sample, or `none` if there is no face.
+/// Then calls finish(strip, samples).
 template <class Sample, class Of, class Finish>
 Outcome<Done> each_strip(const Scene& scene, const Execution& execution, const Sample& none, Of&& of, Finish&& finish) {
     return guarded([&]() -> Outcome<Done> {

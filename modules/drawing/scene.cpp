@@ -177,7 +177,7 @@ Outcome<Buffer<FaceVisibilities>> face_visibilities(const LinearMesh<3>& mesh, c
             visibility[f->face.element.index()][f->face.opposite] = FaceVisibility::facet;
     };
     auto done = each_face<3>(mesh, *balls_of, part_of(execution, 0.4, 0.9), [&](std::span<const FaceAround<3>> on) {
-        // If an invalid mesh has a face of more than two elements, the face is drawn for each of them.
+        // In an invalid mesh, more than two elements may share a face. It is then drawn for each of them.
         if (!groups.shown.empty() && std::none_of(on.begin(), on.end(), is_body)) return show_facet(on);
         if (on.size() == 2 && is_body(on[0]) == is_body(on[1])) return;
         for (const FaceAround<3>& f : on)

@@ -201,8 +201,8 @@ template <int D>
 
 // Computes offsets for accuracy, for eight edges at a time, from the sampled axes and sizes.
 
-/// Limits within an edge that resolves the metric: rotation of the axes in radians, change of log M (a size factor of
-/// 7).
+/// Limits of an edge that resolves the metric: rotation of the axes (radians; a separate limit for differences of the
+/// ends), and change of log M (a size factor of 7).
 constexpr double max_turn = 1;
 constexpr double max_turn_of_ends = 1.2;
 constexpr double max_resolved_change = 4;
@@ -216,8 +216,8 @@ constexpr double max_shift = 0.2;
     return 1 / (1 + share * share * share * share);
 }
 
-/// Returns w(x): 1/|x| converts a change of L into an angle if axis j is the finer one. It is 0 for equal sizes, whose
-/// axes are undefined.
+/// Returns w(x) (see accurate_offsets). If axis j is the finer one, 1/|x| converts a change of the log-metric L into an
+/// angle. w is 0 for equal sizes, whose axes are undefined.
 [[nodiscard, gnu::always_inline]] inline Pack turning(Pack x, Pack axis_similarity) {
     const Pack unlike = 1 - axis_similarity;
     return select(x == 0, packed(0), unlike * unlike / abs(x) * select(x > 0, axis_similarity, packed(1)));
@@ -300,7 +300,7 @@ template <int D>
     VecPack<D> d = kind == MetricKind::natural ? by_layers<D>(f, gradient) : by_derivatives<D>(f, gradient);
     const Pack length = metric_length(f, f.chord);
     const Pack unit = min(unit_length_squared / (length * length), packed(1));
-    // In one dimension d = Δλ e/16, and the argument is Δλ.
+    // In one dimension d = Δλ e/16, so the argument of `resolved` is Δλ.
     const Pack limited_share = unit * resolved(16 * metric_length(f, d) / length, max_resolved_change);
     for (int j = 0; j < D; ++j) d[j] *= limited_share;
     return d;
@@ -327,7 +327,7 @@ template <int D>
     return gradient;
 }
 
-/// Returns by_axes + σ by_sizes, mapped to space by F R; 0 if not finite.
+/// Returns by_axes + σ by_sizes, mapped to space by F R (symbols: see accurate_offsets), or 0 if this is not finite.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const EdgeFrame<D>& f, const VecPack<D>& chord,
                                                                     const EdgeSample<D>& middle,
@@ -352,7 +352,7 @@ template <int D>
     return offset;
 }
 
-/// Spread of the log sizes x of n axes: sqrt(n Σ(x − mean)²/n), see frame_mean.
+/// Spread of log sizes x: sqrt(Σ (x − mean)²), see frame_mean.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack anisotropy_spread(const VecPack<D>& sizes) {
     Pack sum = sizes[0], squares = sizes[0] * sizes[0];
@@ -383,7 +383,6 @@ template <int D>
     return sqrt(sum);
 }
 
-/// See logarithmic_mean.
 [[nodiscard, gnu::always_inline]] inline Pack mean_of_speeds(Pack a, Pack b) {
     const Pack sum = a + b, d = (a - b) / sum;
     const Pack near = sum / 2 * (1 - d * d / 3);

@@ -32,8 +32,8 @@ enum class MetricKind : std::uint8_t {
 
 struct EdgeAccuracyOptions {
     MetricKind metric_kind = MetricKind::automatic;
-    double metric_norm = 2;  ///< p of L^p; 0: the maximum norm
-    double size_share = 0;   ///< σ; 0: the value of share_of_sizes
+    double metric_norm = 2;  ///< exponent p of the L^p norm whose error the metric minimises; 0: the maximum norm
+    double size_share = 0;   ///< share of the displacement towards smaller sizes; 0: chosen by share_of_sizes
     ChangeSource change = ChangeSource::recovered;
 
     [[nodiscard]] static constexpr auto options() {
@@ -77,7 +77,8 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets,
                       Instructions set = widest_instructions());
 
-/// Field and prepared measure at an end of an edge in a straight back mesh.
+/// Data at an end of an edge in a straight back mesh: metric, its gradient, and the metric prepared for measuring
+/// lengths.
 template <int D>
 struct EndSample {
     const LogMetric<D>* log_metric = nullptr;

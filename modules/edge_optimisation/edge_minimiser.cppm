@@ -62,7 +62,7 @@ template <int D>
 [[nodiscard]] EdgeLength riemannian_length(const BackMesh<D>& back, const QuadraticEdge<D>& edge,
                                            const Quadrature& rule, ElementId hint);
 
-/// Metric along an edge: log M(t) is quadratic through log M_20, log M(P^l), log M_02 (paper §2.1, eq. 3 and 4).
+/// Metric along an edge: log M(t) is the quadratic through log M_20, log M(P^l) and log M_02 (paper §2.1, eq. 3 and 4).
 template <int D>
 struct EdgeField {
     LogMetric<D> l20, mid, l02;
@@ -135,9 +135,9 @@ struct EdgeMinimiserOptions {
     EdgeFieldKind field = EdgeFieldKind::back;
     int quadrature_points = 4;
     int max_iterations = 30;
-    /// The search ends if the predicted relative decrease is smaller.
+    /// The search ends if the predicted relative decrease is below this.
     double tolerance = 1e-7;
-    double length_tolerance = 1e-3;     ///< the same for the model of the length
+    double length_tolerance = 1e-3;     ///< the same, when the length is minimised
     double max_tangential_shift = 0.2;  ///< in chords; at 1/4 the edge folds (l' = 0 at an end)
     double max_offset = 4;              ///< in metric lengths; an edge of a unit mesh has length 1
 
@@ -177,8 +177,8 @@ struct EdgeMinimiserOptions {
 };
 
 enum class EdgeSearch : std::uint8_t {
-    converged,  ///< predicted decrease below the tolerance
-    polished,   ///< stopped at a kink of the field, finished by pattern search
+    converged,  ///< the predicted decrease is below the tolerance
+    polished,   ///< the search stopped at a kink of the field and ended with pattern search
     exhausted,  ///< iteration limit
 };
 
@@ -188,7 +188,7 @@ struct EdgeMinimum {
     double straight_length = 0;  ///< length of the chord by the rule of report_points
     double length = 0;           ///< length with `node`, never above straight_length
     EdgeSearch search = EdgeSearch::converged;
-    bool shortened = false;  ///< the offset was reduced by the finer rule
+    bool shortened = false;  ///< the finer rule required a smaller offset
     bool outside = false;    ///< a sample was outside the back mesh
     bool lost = false;       ///< a sample was not located
 };
@@ -264,7 +264,7 @@ namespace camber {
 template <int D>
 struct UnitFrame {
     Vec<D> origin;
-    Mat<D> s;              ///< columns r_k (curvature · e^{λ_k})^{-1/2}
+    Mat<D> s;  ///< columns (curvature · e^{λ_k})^{-1/2} r_k, for eigenvalues λ_k and eigenvectors r_k of log M
     Vec<D> metric_weight;  ///< |S y|²_M = Σ weight_k y_k²
     Vec<D> chord;
     double max_shift = 0, max_offset = 0;
@@ -301,7 +301,7 @@ UnitFrame<D> unit_frame(const BackMesh<D>& back, const EdgeObjective<D>& objecti
     frame.max_shift = max_tangential_shift;
     frame.max_offset = max_offset;
     const SpectralMetric<D> metric(sample_value(back, frame.origin, objective.hint).log_metric);
-    // ∫ 2·16(1−2t)² dt = 32/3 for the energy; for the length, this is divided by 2 sqrt(q).
+    // Curvature of the energy: ∫ 2·16(1−2t)² dt = 32/3. For the length, this is divided by 2 sqrt(q).
     double curvature = 32.0 / 3;
     if (objective.kind == EdgeObjectiveKind::length)
         curvature /= 2 * std::sqrt(std::max(metric.length_squared(frame.chord), 1e-300));
@@ -391,7 +391,7 @@ struct Iterate {
     Vec<D> y;
     double value = 0;
     Vec<D> gradient;
-    Sym<D> hessian;  ///< the model, in the unit frame
+    Sym<D> hessian;  ///< Hessian of the objective's model, in coordinates y
 };
 
 template <int D>

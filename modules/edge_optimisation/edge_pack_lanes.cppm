@@ -17,7 +17,7 @@ import :edge_pack_objective;
 /// Eight simultaneous searches, and quasi-Newton steps in each lane.
 namespace camber {
 
-/// A search is blocked if a bound leaves less than this share of its step.
+/// A search counts as blocked if a bound shortens its step to less than this share.
 inline constexpr double blocked_step = 1e-3;
 /// |y| of an offset of metric length 1: sqrt(energy_curvature).
 inline constexpr double unit_offset = 3.2659863237109041;
@@ -58,7 +58,7 @@ struct SearchPack {
     ChordFrame<D> frame;
     Pack chord_length{}, chord_unsure{};
     VecPack<D> y;
-    EdgeValues<D> at;  ///< y
+    EdgeValues<D> at;  ///< energy, length and gradients at y
     VecPack<D> direction;
     SymPack<D> inverse_hessian;
     Pack slope{}, step{}, attempts{}, steps{}, crossings{};
@@ -66,9 +66,9 @@ struct SearchPack {
     Pack change{};
     Pack along{};
     Pack probed{};  ///< 1: positions were probed
-    // Valid while the search uses the field of one element.
+    // The next two members are valid while the search uses the field of one element.
     WedgePack<D> wedge;
-    EdgeSums<D> sums;  ///< sums for the node at `at`
+    EdgeSums<D> sums;
     EdgeValues<D> on_chord;
 };
 template <int D>

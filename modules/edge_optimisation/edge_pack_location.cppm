@@ -156,12 +156,13 @@ template <int D>
     return u;
 }
 
-/// Lanes with a point that was not located, and lanes with a point outside the boundary.
+/// Marks of lanes with a point that was not located, and of lanes with a point outside the boundary.
 struct WalkMarks {
     Mask lost{}, outside{};
 };
 
-/// Element coordinates of points; outside the boundary, of their projections, with the normal there.
+/// Coordinates of points in their elements. For points outside the boundary: coordinates of their projections onto it,
+/// and the normal there.
 template <int D>
 struct LocatedPack {
     std::array<Pack, D + 1> u{};
@@ -290,8 +291,8 @@ struct CurvePack {
     }
 };
 
-/// Evaluates the parabolas at located points; gradients are in the unit frame. Calls use(q, point, slope) with the
-/// slope of w q.
+/// Evaluates the parabolas at located points; gradients are in the unit frame. Calls use(q, point, slope) for point q
+/// of the rule. `slope`: gradient of the point's weight times l'ᵀ M l'.
 template <int D, class Use>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
                                                                       const CurvePack<D>& curve, const Quadrature& rule,
@@ -351,7 +352,8 @@ template <int D>
                           [](std::size_t, const PointPack<D>&, const VecPack<D>&) __attribute__((always_inline)) {});
 }
 
-/// `elements`: first elements of the walks; afterwards the last ones.
+/// Computes lengths of parabolas at located points. `elements`: first elements of the walks; after the call, their last
+/// elements.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths(const StraightBack<D>& back,
                                                                        const CurvePack<D>& curve,
@@ -372,7 +374,6 @@ template <int D>
     return out;
 }
 
-/// Like located_lengths, with a separate walk for each point.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths_beside(const StraightBack<D>& back,
                                                                               const CurvePack<D>& curve,

@@ -13,9 +13,9 @@ namespace camber {
 
 template <int D>
 struct ShellElementPack {
-    std::array<VecPack<D>, D - 1> rise;  ///< ∇u of each vertex off the edge
+    std::array<VecPack<D>, D - 1> rise;  ///< gradient of the barycentric coordinate u of each vertex off the edge
     std::array<Pack, D - 1> along{};
-    std::array<SymPack<D>, D - 1> change;  ///< log M minus its value at a
+    std::array<SymPack<D>, D - 1> change;  ///< for each of these vertices: log M minus its value at a
 };
 
 template <int D>
@@ -251,7 +251,7 @@ struct ChordFrame {
     VecPack<D> shift;               ///< shift·y is the node's shift along the chord, in chords
 };
 
-/// ∫ 2 · 16(1−2t)² dt.
+/// Curvature of the energy: ∫ 2 · 16(1−2t)² dt.
 inline constexpr double energy_curvature = 32.0 / 3;
 
 template <int D>
@@ -276,8 +276,8 @@ template <int D>
 
 template <int D>
 struct WedgePack {
-    std::array<VecPack<D>, D - 1> rise;  ///< ∂u/∂y for each vertex off the edge
-    VecPack<D> rise_b;                   ///< ∂u/∂y of b
+    std::array<VecPack<D>, D - 1> rise;  ///< derivative ∂u/∂y of the coordinate u of each vertex off the edge
+    VecPack<D> rise_b;                   ///< derivative ∂u/∂y of the coordinate of vertex b
     std::array<SymPack<D>, D - 1> change;
 };
 
@@ -357,7 +357,7 @@ template <int D>
 template <int D>
 struct ParabolaPack {
     VecPack<D> offset;
-    Pack u_b{};         ///< ∇u_b·o
+    Pack u_b{};         ///< change of the coordinate of b by the offset o: ∇u_b·o
     SymPack<D> change;  ///< Σ (∇u_v·o) (L_v − L_a)
 };
 

@@ -28,16 +28,16 @@ template <int D>
     return times(f.axes, o);
 }
 
-/// Stores the node. Precondition: it is the chord midpoint (one call per edge).
+/// Adds the offset to the stored node, which must be the chord midpoint (one call per edge).
 template <int D>
 [[gnu::always_inline]] inline void put_node(const PackedEdges<D>& all, std::uint32_t edge, const VecPack<D>& offset,
                                             int lane) {
     for (int i = 0; i < D; ++i) all.minima[edge].node.point[i] += offset[i][lane];
 }
 
-/// Halves the offset until the edge is shorter than its chord. length_of(lanes, marks) and `chord` use the finer rule;
-/// `beside` contains the marks of the chord. Edges that cross the boundary are passed to `judge`, which projects onto
-/// the boundary.
+/// Halves the offset until the edge is shorter than its chord. length_of(lanes, marks) returns lengths by the finer
+/// rule, and `chord` is the chord's length by that rule. `beside`: marks of the chord. Edges that cross the boundary
+/// are passed to `judge`, which projects onto the boundary.
 template <int D, class Length>
 [[gnu::always_inline]] inline void judged(const PackedEdges<D>& all, SearchLanes<D>& lanes, int count, Pack chord,
                                           const WalkMarks& beside, const Length& length_of) {
@@ -335,7 +335,6 @@ void search(Instructions set, const PackedEdges<D>& all) {
     }
 }
 
-/// The lanes of a pack wait for the largest shell.
 std::vector<std::uint32_t> by_shell_size(std::span<const BackEdge> edges) {
     std::array<std::uint32_t, 32> begin{};
     const auto size_class = [&](std::size_t e) { return std::min(edges[e].shell.size(), begin.size() - 1); };

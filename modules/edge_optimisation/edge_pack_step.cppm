@@ -58,12 +58,10 @@ template <int D>
     return out;
 }
 
-/// Both terms of the length's Hessian, in the unit frame.
 template <int D>
 struct LengthHessian {
     SymPack<D> frozen{}, spread{};
 
-    /// Adds the quadrature point at t; `slope` is ∂q.
     [[gnu::always_inline]] inline void add(const ChordFrame<D>& f, const PointPack<D>& point, double weight, double t,
                                            const VecPack<D>& slope) {
         const Pack root = sqrt(point.squared);
@@ -163,7 +161,6 @@ template <int D>
     return crossing_lanes;
 }
 
-/// Evaluates parabolas in one shell element, without location.
 template <int D>
 struct WithinWedge {
     EdgeSums<D> sums;
@@ -196,7 +193,7 @@ struct WithinWedge {
         const SymPack<D> change = parabola(lanes.pack.frame, lanes.pack.wedge, lanes.pack.y).change;
         return sqrt(inner(change, change));
     }
-    /// Minimum gain by the search's rule that is certain for any finer rule.
+    /// Minimum gain, computed with the quadrature rule of the search, that is certain for any finer rule.
     [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
                                                                    const SearchLanes<D>& lanes) {
         const SearchPack<D>& s = lanes.pack;
@@ -212,7 +209,6 @@ struct WithinWedge {
     }
 };
 
-/// Evaluates parabolas anywhere in the mesh.
 template <int D>
 struct ThroughElements {
     PointElements<D>& points;
@@ -486,7 +482,7 @@ template <int D>
                                                            Mask near, PointElements<D>& points) {
     const ProbeAxes<D> axes = probe_axes(s.frame, all.options);
     Probing<D> best{s.y, value_of(s.at, s.by_length != 0), {}};
-    // One loop, because the inlined evaluation is large.
+    // All positions are evaluated in one loop, because the inlined evaluation is large.
     const int places = 1 + static_cast<int>(probe_positions.size());
     const int probe_count = any(near) ? places + pattern_search_iterations * D * 2 : places;
     for (int n = 0; n < probe_count; ++n) {

@@ -1,5 +1,5 @@
-// camber.edge_optimisation: computes the shortest P2 edge in a metric field without curving a mesh. Sizes are short
-// along the radius and long across it, so the shortest curve between two points of a circle follows the circle.
+// camber.edge_optimisation: computes the shortest P2 edge in a metric field without curving a mesh. Sizes are small
+// along the radius and large across it, so the shortest curve between two points of a circle follows the circle.
 #include <cmath>
 #include <cstdio>
 #include <utility>

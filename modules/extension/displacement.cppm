@@ -61,8 +61,8 @@ class ExtensionPart {
 
     /// True if a prescribed node is not at the middle of its chord.
     [[nodiscard]] bool is_displaced() const;
-    /// Returns two numbers for each run: Σ |det J| over its simplices, with Jacobian matrices J, and the number of
-    /// simplices.
+    /// Returns two numbers for each run (see `OwnVertices`): the sum of |det J| over its simplices, with Jacobian
+    /// matrices J, and the number of simplices.
     [[nodiscard]] Outcome<std::vector<double>> volume_and_count(const Execution& execution) const;
 
     /// Applies the prescribed displacements. Creates a matrix row for each unknown of the simplices around the
@@ -70,7 +70,7 @@ class ExtensionPart {
     [[nodiscard]] Outcome<Done> begin(double mean, double stiffening, const Execution& execution);
     /// Moves each node by `length` times its search direction. Returns the sums of each run.
     [[nodiscard]] Outcome<std::vector<ExtensionSums>> step(double length, double tolerance, const Execution& execution);
-    /// Sets the search direction d to correction + `turn` · d. The nodes of `joined_last` move from now on.
+    /// Replaces the search direction d by the correction plus `turn` · d. The nodes of `joined_last` move from now on.
     [[nodiscard]] Outcome<Done> update_direction(double turn, const Execution& execution);
     /// Creates rows for the unknowns around the nodes of `joined_last`. `of_others`: edges whose nodes start to move in
     /// other parts.
@@ -105,7 +105,7 @@ template <int D>
 struct Extension {
     Buffer<LagrangeNode<D>> nodes;  ///< one per edge
     int iterations = 0;
-    double correction = 0;   ///< largest final correction, see `ExtensionOptions::tolerance`
+    double correction = 0;   ///< largest correction in the last iteration, see `ExtensionOptions::tolerance`
     std::size_t solved = 0;  ///< number of nodes that moved; all other edges of kind `volume` are straight
 };
 
@@ -144,8 +144,8 @@ struct FaceShifts {
 };
 
 /// Extends displacements of edges on curves over each face separately, as `extend_displacement` does; a triangle has
-/// the weight 1/area. `input(facet, edge)` returns the displacement of an edge on a curve, for the face that contains
-/// the facet. Errors: stopped, memory.
+/// the weight 1/area. `input(facet, edge)` returns the displacement of an edge on a curve. It may differ between the
+/// faces beside the curve; `facet` selects the face. Errors: stopped, memory.
 [[nodiscard]] Outcome<FaceShifts> extend_over_triangles(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                                         const Faces& faces,
                                                         const std::function<Vec<3>(FacetId, EdgeId)>& input,
@@ -153,7 +153,7 @@ struct FaceShifts {
 
 struct ExtensionSolve {
     int iterations = 0;
-    double correction = 0;  ///< largest final correction, see `ExtensionOptions::tolerance`
+    double correction = 0;  ///< largest correction in the last iteration, see `ExtensionOptions::tolerance`
 };
 /// Solves the linear system of all parts; `parts` are those of this process. The parts must be new, and a prescribed
 /// node must be displaced. Uses conjugate gradients with a diagonal preconditioner; the D components share their step

@@ -13,7 +13,7 @@ import camber.bezier;
 export namespace camber {
 
 /// Weight w of an element: (mean / |det J|)^stiffening, with the Jacobian matrix J of a simplex of the same volume.
-/// Weights above 1e12 are reduced to it, because they would hide other elements by rounding.
+/// Weights above 1e12 are reduced to 1e12, because rounding of larger ones would hide other elements.
 struct Weighting {
     double mean = 1, stiffening = 0;
 

@@ -86,7 +86,7 @@ template <int D>
 class PartCommunication {
   public:
     virtual ~PartCommunication() = default;
-    /// Returns the numbers of all runs of the mesh, in the order of runs. `of_parts`: numbers of the parts of this
+    /// Returns the values of all runs of the mesh, in the order of runs. `of_parts`: values of the runs of this
     /// process. Errors: an error on any process.
     [[nodiscard]] virtual Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) = 0;
     [[nodiscard]] virtual std::vector<EdgeId> shared(std::size_t part, std::vector<EdgeId> edges) const = 0;

@@ -49,7 +49,7 @@ struct RowBlock {
     const double* values = nullptr;
     std::vector<EdgeId> own_columns = {};  ///< used if the block has more entries than expected
     std::vector<double> own_values = {};
-    std::vector<EdgeId> joined = {};  ///< edges whose nodes start to move after the last step
+    std::vector<EdgeId> joined = {};
 };
 inline constexpr std::size_t block_rows = 256;
 inline constexpr std::size_t blocks_at_once = 4;

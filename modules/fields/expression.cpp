@@ -31,14 +31,14 @@ constexpr const char* remedy =
     "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions such as sqrt, exp, log, "
     "sin, tanh, atan2, abs, min, max";
 
-/// A character that muParser accepts by mistake: an assignment, or a byte that ends the text.
+/// A character that muParser accepts although it is not legal here: an assignment sign, or a byte that ends the text.
 struct IllegalCharacter {
     std::size_t position;
     const char* what;
     const char* remedy;
 };
 std::optional<IllegalCharacter> intruder_of(std::string_view text) {
-    constexpr std::string_view compared = "=<>!";  // the characters before = in comparisons
+    constexpr std::string_view compared = "=<>!";  // characters that form a comparison with a following =
     for (std::size_t i = 0; i < text.size(); ++i) {
         if (text[i] == '\0') return IllegalCharacter{i, "has a NUL character", "end it there"};
         const bool is_comparison =

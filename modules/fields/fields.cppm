@@ -85,7 +85,8 @@ struct PlanarShock {
     friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
 };
 
-/// Same for a sphere (2D: circle): s = |x − centre| − radius.
+/// Metric for a solution tanh(s/width) with s = |x − centre| − radius: a shock on a sphere (2D: circle). Sizes are as
+/// in `PlanarShock`, normal to and along the sphere.
 template <int D>
 struct SphericalShock {
     Vec<D> centre{};
@@ -94,8 +95,8 @@ struct SphericalShock {
     friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
 };
 
-/// Metric with min_size along (cos a, sin a, 0) and `size` in normal directions, where a = 2π x/period. The metric M
-/// does not commute with ∂M/∂x, so this field tests the derivative of the matrix exponential.
+/// Metric with size `min_size` along the vector (cos a, sin a, 0) and `size` perpendicular to it, where a = 2π
+/// x/period. The metric M does not commute with ∂M/∂x, so this field tests the derivative of the matrix exponential.
 struct RotatingField {
     double min_size = 0.01, size = 0.1, period = 1;
 

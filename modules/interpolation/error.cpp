@@ -122,13 +122,15 @@ class Errors {
     }
 
   private:
-    /// Integrates `elements` of this mesh as accurately as the total requires. Returns `states` with their results.
+    /// Integrates the errors of `elements` to the tolerance of the total over all elements. Returns `states` with the
+    /// results.
     Outcome<States> integrated(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, Sides sides,
                                States states) {
         Quadrature<D>& quadrature =
             quadratures_.emplace_back(IntegrationDomain<D>{mesh, std::move(elements), sides},
                                       Integrand<D>{field_, nodal_}, rules_, tolerance_, execution_);
-        quadrature.put_into(states);  // these states are still empty, so the squares are those of the other elements
+        quadrature.put_into(states);  // the states of `elements` are still empty, so the sum contains only the other
+                                      // elements
         if (auto done = quadrature.integrate(squares_of(states)); !done) return fail(done.error());
         error_.evaluations += quadrature.evaluations();
         error_.unresolved += quadrature.unresolved();

@@ -260,7 +260,6 @@ class Quadrature {
     [[nodiscard]] std::size_t unresolved() const { return unresolved_; }
 
   private:
-    // An element is passed as its row in `elements_`.
     [[nodiscard]] Outcome<Done> refine(const std::vector<std::uint32_t>& active);
     void refine(std::uint32_t row, const Squares& enough, Integrator<D>& integrator);
     [[nodiscard]] bool affordable(const std::vector<std::uint32_t>& active) const;
@@ -293,7 +292,7 @@ struct Integrated {
 [[nodiscard]] Squares effective_change(const Integrals& now, const Integrals& before);
 
 /// Integrates over subdivisions of an element, up to `depth` (≥ 1) levels deep. A part is subdivided again if the sum
-/// over its parts differs from it by more than `enough`.
+/// over its own parts differs from its integral by more than `enough`.
 template <int D>
 [[nodiscard]] Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, const Squares& enough,
                                          int depth, const CollapsedRule<D>& rule, Integrator<D>& integrator);

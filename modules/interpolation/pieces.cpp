@@ -222,7 +222,7 @@ Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std:
     if (piece.interpolants == 2) piece.values[1].corners = piece.values[0].corners;
 
     // Values of u have rounding errors from their evaluation, and from the rounding of coordinates x_k: |x_k| times the
-    // slope of u along axis k. Differences estimate this slope from below.
+    // slope of u along axis k. Differences of u between nodes give a lower bound of this slope.
     double slope = 0, distant = 0;
     for (std::size_t i = 1; i < nodes; ++i) slope = std::max(slope, std::abs(u[i] - u[0]) / distance(at[i], at[0]));
     for (int c = 0; c < D; ++c) distant = std::max(distant, std::abs(at[0][c]));
@@ -262,7 +262,7 @@ Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, con
     Squares less{};
     for (std::size_t q = 0; q < less.size(); ++q) {
         small = small && sum.change[q] <= enough[q];
-        less[q] = enough[q] / 4;  // a few parts are as rough as the whole, but most are smoother
+        less[q] = enough[q] / 4;  // tolerance of a part: a few parts are as rough as the whole, but most are smoother
     }
     if (small || depth <= 1) return sum;
     Integrated finer;

@@ -93,7 +93,6 @@ void Quadrature<D>::refine(std::uint32_t row, const Squares& enough, Integrator<
     state.evaluations += static_cast<std::uint32_t>(parts.evaluations + rule.count + quadratic_nodes<D>);
 }
 
-/// Returns true if the evaluations stay within the limit when all these elements are subdivided.
 template <int D>
 bool Quadrature<D>::affordable(const std::vector<std::uint32_t>& active) const {
     auto values = static_cast<double>(evaluations());

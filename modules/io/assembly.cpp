@@ -235,8 +235,8 @@ Column<std::uint32_t> node_numbers(const Mesh<D>& raw, const Renumbering& number
     return plain ? Column<std::uint32_t>() : Column<std::uint32_t>(std::move(of));
 }
 
-/// Reorders a point field to the mesh's nodes. An edge node that the file does not have gets the mean of the values at
-/// the ends; in an integer field the value at the first end.
+/// Reorders a point field to the mesh's nodes. If the file has no node on an edge, the edge node gets the mean of the
+/// values at the edge's ends. In an integer field it gets the value at the first end.
 template <class T>
 Column<T> at_nodes(const Column<T>& rows, std::size_t width, const Renumbering& numbers, const MidNodes& mid,
                    const Column<std::array<VertexId, 2>>& edges) {

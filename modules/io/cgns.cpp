@@ -87,8 +87,8 @@ std::vector<std::pair<int, Reference>> references_of(const LinearMesh<D>& mesh) 
     return all;
 }
 
-/// Name of each reference: the legal name of its first group, or `plain_name` if it has no group. No group name equals
-/// a plain name.
+/// Chooses a name for each reference: the name of its first group, made legal, or `plain_name` if the reference has no
+/// group.
 ReferenceNames names_of(const std::vector<std::pair<int, Reference>>& references, const Column<Group>& groups,
                         std::vector<std::string> reserved) {
     std::vector<ListedName> requested;

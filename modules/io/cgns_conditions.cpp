@@ -59,8 +59,8 @@ struct ConditionReader {
         if (condition.is_range && (n != 2 || condition.items[1] < condition.items[0])) condition.items.clear();
         return condition;
     }
-    /// True if the point lists of condition `bc` have exactly n numbers. This is checked because `boco_read` writes all
-    /// numbers of the file, even if the library reported fewer.
+    /// True if the point lists of condition `bc` contain exactly n numbers. `boco_read` writes all numbers of the file
+    /// into the caller's array, even if the library reported a smaller number n.
     [[nodiscard]] bool has_one_index_a_point(int bc, cgsize_t n) const {
         double node = 0, points = 0;
         int cgio = 0;
@@ -163,8 +163,10 @@ struct ConditionReader {
         return Done{};
     }
 
-    /// Simplices that no condition lists get their section's reference. If the section has none, they get that of an
-    /// earlier group with the section's name, else the next free number.
+    /// Assigns a reference to the simplices that no boundary condition lists:
+    /// 1. the reference stored for their section;
+    /// 2. else that of a group with the section's name, which an earlier zone added;
+    /// 3. else the next free number.
     void number_sections(int dimension, std::set<Reference> taken) {
         for (const Section& section : of.sections)
             if (section.reference) taken.insert(*section.reference);

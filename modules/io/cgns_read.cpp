@@ -1,4 +1,4 @@
-// Reads CGNS files: sizes of nodes, zones, points.
+// Reads CGNS files: checks the sizes of their tree nodes, then reads zones and points.
 module;
 #include "cgns_library.hpp"
 #include "cgns_temporary.hpp"
@@ -23,8 +23,8 @@ import camber.core;
 import camber.bezier;
 import :cgns_reader;
 
-/// The size of nodes is checked before the library opens the file, because the library then reads many nodes
-/// completely.
+/// A CGNS file is a tree of data nodes. Their sizes are checked before the library opens the file, because the library
+/// reads many of them completely when it opens the file.
 namespace camber::cgns {
 
 namespace {
@@ -40,7 +40,8 @@ class Tree {
         if (is_open_) lib_.close_tree(file_);
     }
 
-    /// Checks all nodes. Accepts a file without a tree of nodes, which the library rejects when it opens the file.
+    /// Checks the sizes of all tree nodes. Returns success if the file has no tree, because the library rejects such a
+    /// file later.
     [[nodiscard]] Outcome<Done> walk(const std::string& path, const std::string& name) {
         double root = 0;
         if (lib_.open_tree(path.c_str(), CGIO_MODE_READ, CGIO_FILE_NONE, &file_) != 0) return Done{};
@@ -63,7 +64,7 @@ class Tree {
             int found = 0;
             cglong_t bytes = 0;
             if (lib_.children_ids(file_, node, c, 1, &found, &child) != 0 || found != 1) continue;
-            // A node may have no data.
+            // a tree node may have no data
             const bool has_data = lib_.data_size(file_, child, &bytes) == 0 && bytes > 0;
             const bool fits =
                 budget_.take(1, bytes_of_a_node) && (!has_data || budget_.take(static_cast<std::uint64_t>(bytes), 1));

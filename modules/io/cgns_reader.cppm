@@ -50,7 +50,7 @@ struct Reader {
     int cell_dimension = 0;
     UnpackedBudget budget = UnpackedBudget(0);  ///< limits the total count of numbers that the file declares
     int zone = 1;                               ///< current zone; the members below, up to `sections`, belong to it
-    std::size_t first_point = 0;                ///< number in the mesh of the zone's first point
+    std::size_t first_point = 0;                ///< the zone's first point has this number in the mesh
     std::size_t groups_before = 0;              ///< number of groups that earlier zones have added
     std::string prefix = {};                    ///< prefix of the names of element groups if zones are joined
     std::vector<Section> sections = {};
@@ -102,8 +102,8 @@ struct Reader {
     }
 };
 
-/// Checks that the declared sizes of all nodes stay within UnpackedBudget. HDF5 data may be compressed, or allocated
-/// but never written.
+/// Checks that the declared sizes of all tree nodes stay within UnpackedBudget. They can exceed the file size, because
+/// HDF5 data may be compressed, or allocated but never written.
 [[nodiscard]] Outcome<Done> check_nodes(const Library& lib, const std::string& path, std::size_t file_bytes,
                                         const std::string& name);
 

@@ -113,8 +113,8 @@ struct SectionReader {
         if (auto within_budget = of.take_budget(static_cast<std::size_t>(size) + n, "section " + std::to_string(s));
             !within_budget)
             return within_budget;
-        // Offsets of elements are not requested (null), because the library would not limit their number in a damaged
-        // file.
+        // The null pointers stand for the offsets of elements. The library would not limit the number of offsets that
+        // it writes for a damaged file.
         std::vector<cgsize_t> numbers(static_cast<std::size_t>(size));
         const int read = fixed ? of.lib.elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr)
                                : of.lib.poly_elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr, nullptr);

@@ -234,7 +234,8 @@ Outcome<Column<T>> chosen(const Column<T>& rows, std::size_t width, const std::v
         .map([](Buffer<T> result) { return Column<T>(std::move(result)); });
 }
 
-/// For each component of a 2D row, its index in a row in space; symmetric tensors as in `Sym`.
+/// A row has the components of a field at one point. For each component of a 2D row, returns its index in a row in
+/// space. Symmetric tensors are stored as in `Sym`.
 std::vector<int> in_plane(FieldKind kind) {
     switch (kind) {
         case FieldKind::scalar: return {0};
@@ -245,7 +246,7 @@ std::vector<int> in_plane(FieldKind kind) {
     return {};
 }
 
-/// For each component in space, its index in a 2D row; −1 for z components.
+/// For each component of a row in space, returns its index in a 2D row; −1 for z components.
 std::vector<int> in_space(FieldKind kind) {
     std::vector<int> sources(static_cast<std::size_t>(values_per_vertex(kind, 3)), -1);
     const std::vector<int> places = in_plane(kind);

@@ -124,8 +124,6 @@ Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& 
 
 // ---------------------------------------------------------------- edges and their nodes
 
-/// Converts the edge numbers of simplices: faces become elements, and feature edges become facets. The edge set stays
-/// the same.
 Outcome<MeshEntities<2>> lowered(const MeshEntities<3>& entities, const Execution& execution) {
     return mapped<std::array<EdgeId, 1>>(entities.edges_of_edges, execution, [](EdgeId e) { return std::array{e}; })
         .map([&](Column<std::array<EdgeId, 1>> of_facets) {

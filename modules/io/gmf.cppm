@@ -15,9 +15,12 @@ export namespace camber {
 
 /// Decodes a GMF mesh (.mesh, .meshb; ASCII or binary by content, versions 1 to 4, either byte order).
 /// - Dimension 2 gives a 2D mesh, dimension 3 a 3D one (a surface mesh has no elements).
-/// - Elements of degree 2 give a QuadraticMesh. Its vertices have the file's order without the mid nodes, which move to
-///   the edges. Node orders (…P2Ordering) and BezierBasis are honoured. Simplices of degree 2 come first; those of
-///   degree 1 use the nodes of edges that they share. An edge without a node in the file gets the chord's midpoint.
+/// - Elements of degree 2 give a QuadraticMesh. Its vertices have the file's order; mid nodes are stored with the
+///   edges.
+///   Node orders (…P2Ordering) and BezierBasis are honoured. Simplices of degree 2 come first. If a simplex of degree 1
+///   shares an edge with one of degree 2, the edge is curved in both. An edge without a node in the file gets the
+///   chord's
+///   midpoint.
 /// - Plain element keywords with rows of degree 2 (Gmsh writes them) are read as degree 2. Gmsh versions differ in the
 ///   order of the last two nodes of a tetrahedron; the order whose nodes lie nearer the chord midpoints is used.
 /// - References of mid nodes are dropped, with a notice if they differ from those of the edge's ends.
@@ -38,14 +41,15 @@ enum class GmfEncoding { ascii, binary };
 
 struct GmfOptions {
     GmfEncoding encoding = GmfEncoding::binary;
-    /// 2 to 4; 0: the smallest possible: 2 below 2 GiB, 3 beyond, 4 if a count or an index needs 64 bits.
+    /// File version, from 2 to 4. 0 selects the lowest version that can hold the data: 2 for files below 2 GiB, 3 for
+    /// larger files, 4 if a count or an index needs 64 bits.
     int version = 0;
 };
 
-/// Encodes the mesh; decoding restores the same bits. Blocks without rows are omitted, except Vertices. Simplices of
-/// degree 2 have nodes in the order of `local_edges`, which is Vizir's default without Ordering blocks. Mid nodes
-/// follow the vertices in the order of edges, with the reference `mid_node_reference`. Errors: usage (a version that is
-/// invalid, or too low for the mesh), unsupported (not simplices of degree 1 or 2).
+/// Encodes the mesh. Decoding the file gives exactly the same numbers. Blocks without rows are omitted, except
+/// Vertices. Simplices of degree 2 have nodes in the order of `local_edges`, which is Vizir's default without Ordering
+/// blocks. Mid nodes follow the vertices in the order of edges, with the reference `mid_node_reference`. Errors: usage
+/// (a version that is invalid, or too low for the mesh), unsupported (not simplices of degree 1 or 2).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const Mesh<D>& mesh, GmfOptions options, const Execution& execution);
 
@@ -58,8 +62,8 @@ template <int D>
 [[nodiscard]] Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, std::string_view name,
                                                            const Execution& execution);
 
-/// Encodes the fields as the block SolAtVertices. Errors: usage (invalid version, no fields, number of values not rows
-/// × width).
+/// Encodes the fields as the block SolAtVertices. Errors: usage (invalid version, no fields, a number of values that is
+/// not the number of rows times their width).
 [[nodiscard]] Outcome<Chunks> encode_gmf_solution(const Solution& solution, GmfOptions options,
                                                   const Execution& execution);
 
@@ -234,7 +238,8 @@ using IndexRow = Row<1, 0>;
 using PairRow = Row<2, 0>;
 template <int D>
 using VectorRow = Row<0, D>;
-/// Integers: vertex, number of an entity of dimension G. Reals, for G > 0: G parameters and the distance.
+/// A row that associates a vertex with an entity of dimension G. Its integers are the numbers of the vertex and the
+/// entity. If G > 0, its reals are the G parameters and the distance of the vertex from the entity.
 template <int G>
 using AssociationRow = Row<2, G == 0 ? 0 : G + 1>;
 using ValueRow = Row<0, 1>;

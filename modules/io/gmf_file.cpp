@@ -110,7 +110,7 @@ void skip_block(File& file, std::string_view word) {
             ++skipped.blocks;
             return;
         }
-    // The limit bounds the memory of the list if the file is damaged.
+    // A damaged file may contain any number of different keywords, so the length of the list is limited.
     constexpr std::size_t max_names = 100;
     if (file.skipped.size() < max_names) file.skipped.push_back({name, 1});
 }
@@ -230,8 +230,8 @@ Outcome<Done> check_blocks(const File& file) {
         .and_then([&](Done) { return D == 3 ? check_simplices<1, Degree>(file) : Outcome<Done>(Done{}); });
 }
 
-/// Calls store(i, row) → RowError for `size` rows from row `begin` of the block; i counts from 0. Uses only the calling
-/// thread.
+/// Reads `size` rows of the block, beginning with row `begin`, and calls store(i, row) for each; i counts from 0.
+/// `store` returns a RowError. Uses only the calling thread.
 template <class RowType, class Store>
 Outcome<Done> read_run(const File& file, Keyword keyword, std::size_t begin, std::size_t size, Store&& store) {
     const Block* const block = file.find(keyword);

@@ -37,7 +37,7 @@ struct Block {
     std::vector<std::int32_t> fields = {};  ///< field types, for SolAtVertices
     std::size_t words = 0;
     std::vector<Piece> pieces = {};   ///< parts of the rows, for ASCII
-    std::size_t rows_per_entity = 1;  ///< messages count this number of rows as one entity
+    std::size_t rows_per_entity = 1;  ///< number of rows that are one entity in messages
 };
 
 struct Skipped {

@@ -137,7 +137,9 @@ void drop_degenerate_edges(listing::Mesh<D>& raw, std::vector<Notice>& notices) 
                        " edges from a vertex to itself were left out: they have no length"});
     rows.nodes.resize(preserved);
     rows.references.resize(preserved);
-    if (edges.curved.size() > 0) return;  // the indices in `required` and `ridges` are rows of the quadratic edges
+    if (edges.curved.size() > 0)
+        return;  // `required` and `ridges` then contain row numbers of quadratic edges, which
+                 // are not renumbered here
     for (Buffer<std::uint32_t>* const indices : {&edges.required, &raw.ridges}) {
         for (std::uint32_t& index : *indices) index = numbers[index];
         std::erase(*indices, removed);

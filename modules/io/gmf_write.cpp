@@ -180,8 +180,8 @@ Outcome<std::vector<FilePiece>> written_frame(GmfFrame& frame, const LinearMesh<
     });
 }
 
-/// Encodes n rows of a block from row `first` on; the block's rows begin at byte `start`. row(i): row number `first` +
-/// i.
+/// Encodes n rows of a block. `first` is the number of the first of these rows, and row(i) returns row `first` + i.
+/// `start` is the byte at which row 0 of the block begins.
 template <class RowType, class LayoutType>
 Outcome<FilePiece> piece_of(std::uint64_t start, std::uint64_t first, std::size_t n, const Execution& execution,
                             const auto& row) {

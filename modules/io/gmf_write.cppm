@@ -39,7 +39,8 @@ class BinarySizer {
     void more(std::size_t bytes) { narrow_ += bytes; }
     [[nodiscard]] std::size_t words() const { return words_; }
 
-    /// Lowest version that can hold the mesh, see GmfOptions::version. The largest count also bounds all indices.
+    /// Lowest version that can hold the mesh, see GmfOptions::version. No index exceeds the largest count, so only
+    /// counts are compared.
     [[nodiscard]] int min_version() const {
         constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
         if (largest_ > most) return 4;

@@ -73,8 +73,8 @@ struct MeshFormat : FormatName {
     /// Lists fields that get other names in the file. Null: the format has no fields.
     std::vector<Notice> (*renames)(const MeshFields& fields) = nullptr;
     bool chooses_cells = false;
-    bool for_viewers = false;   ///< if true, runs write their fields too
-    bool is_always_3d = false;  ///< see DecodedMesh
+    bool for_viewers = false;   ///< true if files of this format also contain the fields that a run computes
+    bool is_always_3d = false;  ///< see `DecodedMesh::is_always_3d`
 };
 
 struct SolutionFormat : FormatName {

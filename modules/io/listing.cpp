@@ -229,7 +229,8 @@ struct PlaceHash {
     }
 };
 
-/// For each point p, the first point at the same position if that point belongs to another part, else p.
+/// Finds the points that `join_coincident` merges. Entry p is the first point at the position of point p if the two
+/// points belong to different parts of the file, else p.
 template <int D>
 Buffer<std::uint32_t> partners(const Mesh<D>& mesh, std::span<const std::size_t> ends) {
     std::unordered_map<std::array<double, D>, std::uint32_t, PlaceHash<D>> first;

@@ -44,8 +44,8 @@ struct Simplices {
     Rows<quadratic_nodes<K>> curved;
     Buffer<std::uint32_t> required = {};
 
-    /// Number of simplices to which indices of ridges and required simplices refer: the quadratic ones if there are
-    /// any, else all.
+    /// Number of simplices that can be referred to by ridges and by `required`. If there are quadratic simplices, only
+    /// these can.
     [[nodiscard]] std::size_t indexed() const { return curved.size() == 0 ? straight.size() : curved.size(); }
 };
 
@@ -61,8 +61,8 @@ struct Mesh {
     Buffer<std::uint32_t> ridges = {};
     InputGeometry<D> geometry = {};
     Buffer<Group> groups = {};
-    /// Node fields have a row for each point. Cell fields have rows for elements, facets, edges, in each dimension with
-    /// degree 2 first.
+    /// Node fields have a row for each point. Cell fields have rows for elements, then facets, then edges. In each
+    /// dimension the simplices of degree 2 come first.
     MeshFields fields = {};
     std::function<std::uint64_t(std::size_t point)> number = {};  ///< number of a point in the file; null: point + 1
 
@@ -86,7 +86,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> check(const Mesh<D>& mesh, const Execution& execution);
 
-/// For each node of a simplex in a file, its position in the order of `local_edges`.
+/// Entry n says where node n of a simplex in the file belongs in the order of `local_edges`.
 template <int K>
 using NodeOrder = std::array<int, quadratic_nodes<K>>;
 

@@ -180,7 +180,7 @@ struct FileTags {
     std::array<Column<std::uint64_t>, 4> simplices = {};
 };
 
-/// Reference of the edge's ends if both agree, else 0.
+/// Returns the reference of a mid node: that of the edge's ends if both agree, else 0.
 [[nodiscard]] constexpr Reference mid_node_reference(Reference a, Reference b) { return a == b ? a : 0; }
 
 struct DecodedMesh {
@@ -235,8 +235,8 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<DecodedMesh> mesh_of_arrays(MeshArrays<D> arrays, const Execution& execution);
 
-/// Nodes of quadratic simplices in VTK's order: the vertices, then the edge nodes, whose number is n + number of the
-/// edge. n: number of vertices of the mesh.
+/// Nodes of quadratic simplices in VTK's order: first the vertices, then the edge nodes. The node of edge e has the
+/// number n + e, where n is the number of vertices of the mesh.
 template <int K>
 [[nodiscard]] Buffer<std::array<VertexId, quadratic_nodes<K>>> nodes_of_cells(
     const Column<SimplexVertices<K>>& vertices, const Column<std::array<EdgeId, edges_per_simplex<K>>>& edges,
@@ -256,10 +256,10 @@ struct Flattened {
 
 /// Converts a 2D mesh back to space. The mesh may have changed since `flattened`, but not its number of vertices.
 [[nodiscard]] Outcome<Mesh<3>> raised(const Mesh<2>& mesh, const Lift& lift, const Execution& execution);
-/// Same for a mesh of any dimension; a mesh in space is returned unchanged.
+/// Converts a 2D mesh back to space; a mesh in space is returned unchanged.
 [[nodiscard]] Outcome<AnyMesh> raised(const AnyMesh& mesh, const Lift& lift, const Execution& execution);
 
-/// Vectors and tensors get z components of zero.
+/// Converts 2D fields to space: vectors and tensors get z components of zero.
 [[nodiscard]] Outcome<MeshFields> raised(const MeshFields& fields, const Execution& execution);
 
 [[nodiscard]] Outcome<MeshFields> flattened(const MeshFields& fields, const Execution& execution);

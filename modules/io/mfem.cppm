@@ -95,7 +95,8 @@ template <int K>
     return numbers;
 }
 
-/// Drops boundary simplices that have an edge without node, because no element has this edge. Returns their number.
+/// Drops boundary simplices with an edge that belongs to no element, because such an edge has no node in the file.
+/// Returns the number of dropped simplices.
 template <int K>
 std::size_t drop_isolated_boundary(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) {
     std::size_t preserved = 0;

@@ -48,7 +48,8 @@ struct NodeBlock {
 struct Nodes {
     Buffer<std::uint64_t> tags;
     Buffer<Vec<3>> points;
-    Buffer<std::uint32_t> vertex_of;  ///< for each row of the file its position in tag order; empty if these are equal
+    Buffer<std::uint32_t> vertex_of;  ///< for each row of the file the position of its node in tag order; empty if the
+                                      ///< rows are in tag order
     std::vector<NodeBlock> blocks;
     Buffer<double> parameters;
     TagIndex index;
@@ -63,7 +64,7 @@ struct Elements {
     Buffer<std::array<VertexId, N>> nodes;  ///< in the order of `local_edges`; an id is invalid if the file has no such
                                             ///< node
     Buffer<Reference> physicals, entities;
-    Buffer<std::uint32_t> further;  ///< for each row: number in `TagSets` of the set of its further tags
+    Buffer<std::uint32_t> further;  ///< for each row: number of its set of further physical tags in `TagSets`
 };
 
 struct TagSets {
@@ -183,13 +184,14 @@ void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices);
 struct Class {
     Reference entity = 0, reference = 0;
     std::size_t count = 0;
-    Reference tag = 0, physical = 0;  ///< positive numbers in the file; `physical` 0: in no group
+    Reference tag = 0, physical = 0;  ///< positive numbers of the entity and of the physical group in the file;
+                                      ///< `physical` 0: in no group
 };
 
 struct Classes {
     std::vector<Class> list;
     Buffer<std::uint32_t> of;
-    /// Replacements of references and of entities that are not positive.
+    /// Positive numbers that replace references (`physical_of`) and entities (`tag_of`) that are not positive.
     std::map<Reference, Reference> physical_of, tag_of;
     std::set<Reference> tags;  ///< tags of all entities in the file
 
@@ -205,8 +207,8 @@ enum class Unnumbered : std::uint8_t {
     in_no_group  ///< its simplices are in no group
 };
 
-/// `entities`: one for each simplex, or empty. `named`: references of groups. `places`: entities with which vertices
-/// are associated.
+/// Divides the simplices of one dimension into classes. `entities`: entity of each simplex, or empty. `named`:
+/// references that have a group. `places`: entities with which vertices are associated.
 [[nodiscard]] Classes classes_of(std::span<const Reference> references, std::span<const Reference> entities,
                                  std::span<const Reference> named, std::span<const Reference> places,
                                  Unnumbered unnumbered = Unnumbered::grouped);
@@ -214,7 +216,7 @@ enum class Unnumbered : std::uint8_t {
 /// Association of a vertex in the file, which can store only one.
 struct Place {
     int dimension = 3;      ///< dimension of the entity; 3: no association
-    std::uint32_t row = 0;  ///< row among the associations of this dimension
+    std::uint32_t row = 0;  ///< row in the mesh's list of associations with entities of this dimension
 };
 
 /// For each vertex its first association with an entity of the lowest dimension; empty if the mesh has no associations.
@@ -296,7 +298,8 @@ struct Layout {
     std::vector<FileEntity> entities;
     /// For each dimension and class, the index of its entity. Point elements have dimension 0.
     std::array<std::vector<std::uint32_t>, 4> entity_of_class;
-    /// Nodes of entity e without parameters are group 2 e, those with parameters group 2 e + 1.
+    /// Nodes grouped by entity. For the entity with index e, group 2 e contains the nodes without parameters, and group
+    /// 2 e + 1 those with parameters.
     Grouped nodes;
 };
 

@@ -300,7 +300,7 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
                                  &lines_2.tags, &lines_1.tags})
             cell_tags.insert(cell_tags.end(), tags->begin(), tags->end());
 
-    // degree 2 first, as in `assembled`
+    // in each dimension, simplices of degree 2 come first, as in `assembled`
     std::array<Column<std::uint64_t>, 4> tags_of_simplices{
         Column<std::uint64_t>(), explicit_tags({&lines_2.tags, &lines_1.tags}),
         explicit_tags({&triangles_2.tags, &triangles_1.tags}), explicit_tags({&tetrahedra_2.tags, &tetrahedra_1.tags})};

@@ -52,8 +52,8 @@ void find_classes(std::span<const Reference> references, std::span<const Referen
     }
 }
 
-/// Positive references are physical tags. Other references get free numbers in the order 0, −1 …; reference 0 may be in
-/// no group.
+/// A positive reference is its own physical tag. References 0, −1, −2 … get free numbers in this order. With
+/// `Unnumbered::in_no_group`, reference 0 gets no number if it has no name.
 void number_references(std::span<const Reference> named, Unnumbered unnumbered, Classes& classes) {
     std::set<Reference> used;
     std::set<Reference, std::greater<>> others;

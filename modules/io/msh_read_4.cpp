@@ -64,7 +64,8 @@ bool read_entity(Source& source, int dimension, bool of_partition, Generation ve
 
 struct BlockHead {
     EntityKey entity;
-    std::int64_t kind = 0;  ///< in node blocks 1 if nodes have parameters; in element blocks the element type
+    std::int64_t kind = 0;  ///< in a node block: 1 if its nodes have parameters, else 0; in an element block: the
+                            ///< element type
     std::uint64_t count = 0;
 };
 bool read_head(Source& source, Generation version, BlockHead& head) {
@@ -269,8 +270,7 @@ Column<std::uint64_t> explicit_tags(std::initializer_list<const Buffer<std::uint
 Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes) {
     const std::size_t vertices = std::visit([](const auto& mesh) { return mesh.points.size(); }, decoded.mesh);
     if (vertices == nodes.size()) return explicit_tags({&nodes});
-    const Column<std::uint32_t>& numbers = decoded.node_numbers;  // positions of the vertices in tag order, for degree
-                                                                  // 2
+    const Column<std::uint32_t>& numbers = decoded.node_numbers;  // for degree 2: position of each vertex in tag order
     if (numbers.size() < vertices) return {};
     const Buffer<std::uint64_t> of(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(vertices));
     return explicit_tags({&of});

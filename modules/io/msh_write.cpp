@@ -247,8 +247,8 @@ class Writer {
 
     // ---------------------------------------------------------------- fields
 
-    /// Mesh number of cell i in the file. The file lists values in tag order, in which elements come last; in the mesh
-    /// they come first.
+    /// Returns the number in the mesh of the cell that is row i of a field in the file. The file has cells in the order
+    /// edges, facets, elements; the mesh has the opposite order.
     [[nodiscard]] std::size_t cell_in_file(std::size_t i) const {
         const std::size_t elements = linear_.elements.size(), facets = linear_.facets.size();
         const std::size_t edges = linear_.edges.size();
@@ -279,7 +279,8 @@ class Writer {
         sink_.section(section);
         sink_.text("1\n" + quoted(field.name) + "\n1\n0\n3\n0\n" + std::to_string(Components) + "\n" +
                    std::to_string(n) + "\n");
-        const std::size_t before = of_nodes ? 0 : before_[1];  // point elements have no values
+        const std::size_t before = of_nodes ? 0 : before_[1];  // number of elements in the file before the first one
+                                                               // with a value: point elements have no values
         using Line = Row<std::int32_t, 1, Components>;
         auto written = std::visit(
             [&](const auto& values) {
@@ -305,8 +306,8 @@ class Writer {
     const Execution& execution_;
     Sink sink_;
     Numbers numbers_;
-    std::array<std::size_t, 5> before_{};  ///< number of file elements before those of each dimension; last: number of
-                                           ///< all
+    std::array<std::size_t, 5> before_{};  ///< for each dimension, the number of file elements of lower dimension; last
+                                           ///< entry: number of all file elements
 };
 
 }  // namespace

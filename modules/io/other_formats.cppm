@@ -171,7 +171,7 @@ class Solids {
 struct Written {
     Triangles triangles = {};            ///< sorted by solid; no triangle has equal corners
     Buffer<Group> groups = {};           ///< named solids of a text file
-    std::vector<Renaming> renamed = {};  ///< pairs of a group's name and the different name of its solid
+    std::vector<Renaming> renamed = {};  ///< groups whose solid has another name
     std::size_t left_out = 0;            ///< number of triangles with equal corners
     std::size_t rounded = 0;             ///< number of coordinates that binary files round to 32 bits; too large ones
                                          ///< become infinite

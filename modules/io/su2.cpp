@@ -127,8 +127,8 @@ struct MarkerReferences {
 
 using Zones = std::vector<const Zone*>;
 
-/// These functions return the line of a row for messages. Elements are sorted by zone, facets by zone and then by
-/// marker.
+/// These functions return a function that finds, for error messages, the line of an element or facet. Elements are
+/// numbered by zone, facets by zone and then by marker.
 auto place_of_elements(const Zones& zones) {
     return [zones](std::size_t row) {
         for (const Zone* const zone : zones) {

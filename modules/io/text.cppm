@@ -122,7 +122,7 @@ class UnsupportedItems {
         return counts;
     }
 
-    /// Returns success if unsupported cells are to be counted, else the result of the function below.
+    /// Returns success if unsupported cells are only counted, else the result of verdict(where).
     [[nodiscard]] Outcome<Done> verdict(std::string where, UnsupportedCells unsupported_cells) const {
         return unsupported_cells == UnsupportedCells::count ? Outcome<Done>(Done{}) : verdict(std::move(where));
     }

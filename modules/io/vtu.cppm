@@ -266,7 +266,8 @@ inline constexpr std::string_view ghost_array = "vtkGhostType";
 
 struct Cells {
     static constexpr std::size_t kinds = 6;
-    /// Rows of the file's cells of each kind. Kinds: elements, facets, edges, in each dimension with degree 2 first.
+    /// Numbers of the file's cells, for each kind of cells. The kinds are elements, facets, edges, each first with
+    /// degree 2, then with degree 1.
     std::array<Column<std::uint32_t>, kinds> of_kind;
     Column<std::uint32_t> order;
     Buffer<std::uint64_t> starts;  ///< for each cell of the file its begin in `connectivity`, then the end of the last

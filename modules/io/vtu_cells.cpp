@@ -93,7 +93,8 @@ Outcome<Buffer<T>> whole(const Numbers& numbers, T otherwise, const Execution& e
         numbers);
 }
 
-/// Renumbers ends of cells and points, because each piece counts them from 0.
+/// Joins the pieces of a file. Each piece counts its points, and its entries of `connectivity`, from 0. This function
+/// adds the numbers of all earlier pieces.
 void join_pieces(const File& file, Buffer<std::uint64_t>& ends, Buffer<std::uint32_t>& connectivity) {
     std::uint64_t cell = 0, entry = 0, point = 0;
     for (const PieceSize& piece : file.pieces) {

@@ -26,7 +26,8 @@ namespace camber::vtu {
 
 namespace {
 
-/// Compresses well and leaves work for all threads; a multiple of the size of each number type.
+/// Size of a block before compression. Blocks of this size compress well, and there are enough of them for all threads.
+/// It is a multiple of the size of each number type.
 constexpr std::size_t block_bytes = std::size_t{1} << 17U;
 /// Level 1 of zlib, because mantissas hardly compress: on curved meshes with fields the default level takes twice the
 /// time and saves 1 %.
@@ -266,7 +267,8 @@ class Writer {
         return grid_.nodes() <= most && connectivity_size() <= most ? cells<std::int32_t>() : cells<std::int64_t>();
     }
 
-    /// Position in the connectivity of the first element, facet and feature edge, and the size of the connectivity.
+    /// Positions in the array `connectivity` at which elements, facets and feature edges begin, and the size of the
+    /// array.
     [[nodiscard]] std::array<std::size_t, 4> starts() const {
         using G = Grid<Mesh>;
         const std::size_t facets = linear_.elements.size() * G::template width<D>;

@@ -33,7 +33,7 @@ template <class Number>
     return to + 1;
 }
 
-/// Progress range of the next `words` words, which are added to `written`. `all`: number of words in the file.
+/// Part of the progress for writing the next `words` words, out of `all` words of the file. Adds `words` to `written`.
 [[nodiscard]] inline Execution next_part(const Execution& execution, std::size_t words, std::size_t& written,
                                          std::size_t all) {
     if (all == 0) return without_progress(execution);

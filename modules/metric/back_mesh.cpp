@@ -193,7 +193,7 @@ Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<E
 template <int D>
 void StraightBack<D>::sample_values(std::span<const Vec<D>> points, ElementId hint,
                                     std::span<FieldSample<D>> out) const {
-    // Most points lie in the element of the previous point.
+    // Most points lie in the element of the previous point, so its barycentric coordinates are tried first.
     std::optional<ElementFrame<D>> frame;
     ElementId framed;
     const auto find = [&](const Vec<D>& p) {
@@ -300,8 +300,8 @@ double distance_squared(const std::array<Vec<3>, 3>& p, const Vec<3>& x) {
 
 Location<3> SurfaceBack::locate(const Vec<3>& p, ElementId hint) const {
     const auto to = [&](std::size_t f) { return distance_squared(triangle_corners(mesh, f), p); };
-    // The distance to the hint's triangle only limits the search. The factor 1 + 1e-9 admits triangles at the same
-    // distance, so the result does not depend on the hint.
+    // The search only considers triangles that are at most as far from p as the hint's triangle. The factor 1 + 1e-9
+    // includes triangles at the same distance, so the result does not depend on the hint.
     const double within = hint.valid() && hint.index() < mesh.facets.size()
                               ? to(hint.index()) * (1 + 1e-9) + std::numeric_limits<double>::min()
                               : std::numeric_limits<double>::infinity();

@@ -59,8 +59,8 @@ struct BackEdge {
 template <int D>
 struct EdgeEnd {
     LogMetric<D> log_metric;
-    LogGradient<D> gradient{};             ///< recovered gradient; on curved meshes that of log(Fᵀ M F), see
-                                           ///< `make_curved_back_mesh`
+    LogGradient<D> gradient{};             ///< recovered gradient of log M; on curved meshes, the gradient of log(Fᵀ M
+                                           ///< F), see `make_curved_back_mesh`
     Mat<D> jacobian = Mat<D>::identity();  ///< F = ∂x/∂X for the map from the straight mesh (X) to the curved mesh (x),
                                            ///< averaged over the shell
 };
@@ -92,15 +92,15 @@ struct PackedField {
     const CurvedBack<D>* bent = nullptr;
 };
 
-/// Interface of metric fields on meshes. Models are immutable and safe for concurrent use. A hint is an element near
-/// the point; it changes results by rounding only.
+/// Interface of metric fields on meshes. Implementations are immutable and safe for concurrent use. A hint is an
+/// element near the point; it changes results by rounding only.
 ///
 /// In curved elements, `Location::xi` are coordinates in the reference element, and gradients are transformed to
 /// physical space with the inverse Jacobian. The walls of a `sector` are tangent planes at the middle of the edge.
 ///
 /// Sampling functions write the sample of `points[i]` to `out[i]`. The search for the first point starts from `hint`,
 /// each later search from the element of the previous point, so consecutive points should be close. Results are bitwise
-/// those of calls with single points and these hints.
+/// those of separate calls for each point with the same hints.
 template <int D>
 class BackModel {
   public:
@@ -150,8 +150,8 @@ class BackMesh {
     std::shared_ptr<const BackModel<D>> model_;
 };
 
-/// Vertex gradients that a curved back mesh stores. Without `recovered`, functions for recovered gradients return the
-/// gradients in the elements. Without `sampled`, `sample_edges` returns zero gradients.
+/// Gradients that a curved back mesh stores at vertices. Without `recovered`, functions for recovered gradients return
+/// the gradient in the point's element. Without `sampled`, `sample_edges` returns zero gradients.
 enum class StoredGradients : std::uint8_t {
     recovered,
     sampled,

@@ -68,9 +68,10 @@ struct ElementFrame {
     }
 
   private:
-    /// Computes the gradients of a needle. Its sides are almost parallel, so their cross products would consist of
-    /// rounding errors. Therefore the component along the longest side is first subtracted from each other side. This
-    /// shear preserves the determinant, and the remaining vectors are as exact as the coordinates.
+    /// Computes the gradients of the barycentric coordinates of a needle-shaped element. Its sides are almost parallel,
+    /// so their cross products would consist of rounding errors. Therefore the component along the longest side is
+    /// first subtracted from each other side. This preserves the determinant, and the remaining vectors are as exact as
+    /// the coordinates.
     void measure_slim() {
         const auto [from, to] = longest_side();
         base = from;
@@ -224,9 +225,9 @@ class CurvedBack final : public BackModel<D> {
     StraightBack<D> reference;
     EdgeSet<D> edges;
     Column<Vec<D>> displacements;  ///< vector from the middle of each edge's chord to the edge node
-    /// Gradients for `sample_edges`; may be empty. In each element the gradient is that of log(Fᵀ M F), interpolated
-    /// linearly from its values at the corners. At each vertex these gradients are averaged over the elements around
-    /// it, with the volumes as weights, and transformed to physical space.
+    /// Gradients of log(Fᵀ M F) for `sample_edges`, one per vertex; may be empty. Each is the volume-weighted mean of
+    /// the gradients in the elements around the vertex, transformed to physical space. In an element, log(Fᵀ M F) is
+    /// interpolated linearly from the corners.
     Column<LogGradient<D>> relative_gradients;
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;
@@ -365,8 +366,8 @@ template <int D>
 struct Root {
     Barycentrics<D> xi{};
     bool is_proven = false;
-    double radius = 0;      ///< radius of a ball around ξ with exactly one solution (maximum norm of ξ_1 … ξ_D)
-    double uniqueness = 0;  ///< radius of a larger ball around ξ without a second solution
+    double radius = 0;  ///< the equation has exactly one solution within this distance of ξ (maximum norm of ξ_1 … ξ_D)
+    double uniqueness = 0;  ///< the equation has no second solution within this larger distance
 
     /// Bound of the error of ξ.
     [[nodiscard]] double tolerance() const {
@@ -496,8 +497,8 @@ template <int D>
 
 inline constexpr std::size_t ball_block = 8192;
 
-/// Calls `visit(v, elements)` for those corners v of `e` for which `e` is the first element around v with a number in
-/// [first, last). `elements` lists all elements around v in this range, in ascending order.
+/// Considers only elements with a number in [first, last). Calls `visit(v, elements)` for each corner v of `e`, with
+/// all these elements around v in ascending order. Corners v for which `e` is not the first of them are skipped.
 template <int D>
 void visit_balls_of(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, ElementId e, std::size_t first,
                     std::size_t last, const auto& visit) {
@@ -519,10 +520,10 @@ template <std::size_t N>
     return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), v) - corners.begin());
 }
 
-/// Sums contributions of elements at their corners over the elements around each vertex.
+/// Computes a contribution of each element to each of its corners, and adds the contributions at each vertex.
 /// - `make(begin, end, parts)` computes the contributions of the elements [begin, end).
-/// - `add(v, each_part)` adds contributions to vertex v. `each_part(f)` calls `f(part)` for each of them, by ascending
-///   element.
+/// - `add(v, each_part)` adds contributions to vertex v. `each_part(f)` calls `f(part)` for each contribution, by
+///   ascending element.
 ///
 /// Only one thread at a time works on a vertex.
 template <class Part, int D>

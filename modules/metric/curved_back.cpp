@@ -41,7 +41,8 @@ LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) 
 template <int D>
 Vec<D> reference_point(const CurvedBack<D>& back, const Location<D>& location) {
     const auto& v = back.reference.mesh.elements.vertices[location.element];
-    // The sum starts at a corner. Relative to the origin, which may be far away, rounding errors would be larger.
+    // The point is computed relative to a corner. Relative to the origin, which may be far away, rounding errors would
+    // be larger.
     const Vec<D>& from = back.reference.mesh.points[v[0]];
     Vec<D> p = from;
     for (int i = 1; i <= D; ++i) p += location.xi[i] * (back.reference.mesh.points[v[i]] - from);
@@ -55,7 +56,8 @@ double share_of_element(const std::array<Vec<D>, D + 1>& gradients, const Vec<D>
     return most;
 }
 
-/// Returns the displacement of the element's centre. In stacks of thin elements, neighbours have similar displacements.
+/// Returns the displacement of the element's centre, from which a search estimates a point of the straight mesh. In
+/// stacks of thin elements, neighbours have similar displacements.
 template <int D>
 Vec<D> displacement_at_centre(const CurvedBack<D>& back, ElementId e) {
     Vec<D> sum;
@@ -308,7 +310,7 @@ template <int D>
     return r;
 }
 [[nodiscard, gnu::always_inline]] inline MatPack<3> inverse(const MatPack<3>& a) {
-    MatPack<3> rows;  // column i is row i of det(a) a⁻¹
+    MatPack<3> rows;  // column i is row i of the adjugate det(a) a⁻¹
     for (int i = 0; i < 3; ++i) {
         const VecPack<3>& b = a.column[(i + 1) % 3];
         const VecPack<3>& c = a.column[(i + 2) % 3];

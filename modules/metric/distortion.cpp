@@ -84,8 +84,8 @@ template <int D>
 struct Mean {
     double quality = 0, distortion = 0;
 };
-/// Product of weight and η at each point (one point per lane). `is_positive` or `is_negative` is true if det J has this
-/// sign at all points.
+/// Weight times distortion η at each quadrature point (one point per lane). `is_positive` or `is_negative` is true if
+/// det J has this sign at all points.
 struct WeightedDistortion {
     Lanes weighted{};
     bool is_positive = false, is_negative = false;
@@ -139,15 +139,15 @@ template <int D>
 CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric,
                                                  Instructions set) {
     WeightedDistortion of;
-    std::array<std::array<Lanes, D>, D> by_straight{};  // [c][k]: derivative by entry (c, k) of J W⁻¹, one point per
-                                                        // lane
-    std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset{};  // [e][c]: derivative by coordinate c of the
-                                                                         // offset of edge e
+    std::array<std::array<Lanes, D>, D> by_straight{};  // [c][k]: derivative of the weighted η by entry (c, k) of J
+                                                        // W⁻¹, one point per lane
+    std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset{};  // [e][c]: derivative of the weighted η by
+                                                                         // coordinate c of the offset of edge e
     with_instructions(set, [&]() __attribute__((always_inline)) {
         const Sampled<D> s = sampled<D>(nodes, metric);
         of = weighted_distortion(s);
-        // First ∂η/∂A = 2 η (A / tr(AᵀA) − A⁻ᵀ/D), multiplied by the weight of the point; then ∂η/∂(J W⁻¹) = rootᵀ
-        // ∂η/∂A with the matrix `metric.root`.
+        // With A = `metric.root` J W⁻¹: `by_a` is ∂η/∂A = 2 η (A / tr(AᵀA) − A⁻ᵀ/D), times the weight of the point.
+        // Then ∂η/∂(J W⁻¹) = rootᵀ ∂η/∂A.
         const Pack factor = 2 * loaded(distortion_rule<D>.weights) * s.distortion;
         const Pack of_square = factor / s.square;
         const Pack of_inverse = factor / (D * s.det);
@@ -241,7 +241,7 @@ Mat<D> exponential_of_nonnegative(Mat<D> p) {
 template <int D>
 struct FramedPart {
     std::array<Mat<D>, D + 1> jacobians;  ///< T J W⁻¹ at the corners of the part; linear in between
-    std::array<Sym<D>, D + 1> logs;       ///< log M at the corners, in the eigenvectors of M_mid
+    std::array<Sym<D>, D + 1> logs;       ///< log M at the corners, in the basis of the eigenvectors of M_mid
     Vec<D> log_values;
 };
 template <int D>
@@ -310,8 +310,7 @@ double largest_square(const FramedPart<D>& part, const Sym<D>& metric) {
     return largest;
 }
 
-/// Returns the smallest Bézier coefficient of the determinant. Each coefficient is a mean of determinants with columns
-/// from different corners, over all permutations of these corners.
+/// Returns the smallest Bézier coefficient of det(T J W⁻¹): a mean of determinants with columns from different corners.
 template <int D>
 double min_determinant(const FramedPart<D>& part) {
     const auto& m = part.jacobians;
@@ -345,7 +344,7 @@ double change_along(const FramedPart<D>& part, int i, int j) {
             const double y = part.jacobians[j](a, b);
             of_a += (x - y) * (x - y);
             size += x * x + y * y;
-            // Change of entry (a, b) of M by the derivative of exp (see `exp_derivative_in_frame`).
+            // Entry (a, b) of M changes by the derivative of exp (see `exp_derivative_in_frame`).
             const double half = (part.log_values[a] - part.log_values[b]) / 2;
             const double change =
                 (part.logs[i](a, b) - part.logs[j](a, b)) * (std::abs(half) < 1e-4 ? 1 : sinh(half) / half);

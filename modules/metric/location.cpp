@@ -24,7 +24,7 @@ constexpr int short_walk = 64;
 constexpr unsigned long_walk = 100000;
 
 /// Walks from `start` to neighbouring elements until x is inside one. The walk crosses the face opposite the vertex
-/// with the smallest ξ. Returns `lost` outside the mesh or after too many steps.
+/// with the smallest barycentric coordinate ξ_i of x. Returns `lost` outside the mesh or after too many steps.
 template <int D>
 Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) {
     Location<D> last{
@@ -35,8 +35,8 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
         const ElementFrame<D> frame(back.mesh, at);
         const Barycentrics<D> xi = frame.barycentrics(x);
         if (xi[lowest<D>(xi)] >= -frame.tolerance()) return {at, xi, Placement::inside};
-        // The mesh need not be convex. If the face opposite the smallest ξ is on the boundary, the walk crosses another
-        // face with negative ξ.
+        // The mesh need not be convex. If the face opposite the vertex with the smallest ξ_i is on the boundary, the
+        // walk crosses another face whose opposite vertex has a negative ξ_i.
         ElementId next;
         double least = 0;
         for (int i = 0; i <= D; ++i) {
@@ -49,8 +49,8 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
     return last;
 }
 
-/// Walks along the segment from the point `from`, in the element `start`, to x. If rounding errors prevent arrival, the
-/// result is `lost`, in the visited element with the largest minimum ξ.
+/// Walks along the segment from the point `from`, in the element `start`, to x. If rounding errors stop the walk, the
+/// result is `lost`, in the visited element for which the smallest barycentric coordinate of x is largest.
 template <int D>
 Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Vec<D>& x, ElementId start) {
     Location<D> best{.element = start, .xi = {}, .placement = Placement::lost};

@@ -32,8 +32,8 @@ double determinant(const Corners<D>& p) {
     return det(sides);
 }
 
-/// Contribution of an element to N means at one of its corners. A negative volume marks flat elements, which have no
-/// natural metric.
+/// Contribution of an element to N averaged metrics at one of its corners. A negative volume marks flat elements, which
+/// have no natural metric.
 template <int D, int N>
 struct Part {
     std::array<Sym<D>, N> weighted;

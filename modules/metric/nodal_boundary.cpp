@@ -118,8 +118,8 @@ inline Nearest<2> nearest_in(const CurvedSimplex<2, 3>& s, const Vec<3>& r) {
     return within;
 }
 
-/// Returns true if a ball that contains the simplex is farther from r than the distance. This is sufficient, but not
-/// necessary.
+/// Returns true if a ball that contains the simplex proves that all its points are farther from r than
+/// sqrt(`distance_squared`).
 template <int K, int D>
 bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_squared) {
     Vec<D> centre;
@@ -133,8 +133,8 @@ bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_s
 
 template <int D>
 bool looks_outward(const CurvedLocator<D>& back, const NearestOnCurved<D>& nearest, const Vec<D>& p) {
-    // On an edge or vertex of the mesh the test is ambiguous: some of the boundary faces there may be oriented away
-    // from p.
+    // The function returns false on an edge or vertex of the mesh. Some boundary faces there may be oriented away from
+    // p, others towards p.
     for (const double u : nearest.xi)
         if (!(u > 1e-9)) return false;
     Barycentrics<D> xi{};

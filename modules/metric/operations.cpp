@@ -41,8 +41,8 @@ double exp_divided(std::array<double, M> x) {
     }
     double mean = 0;
     for (const double v : x) mean += v / static_cast<double>(M);
-    // The loop takes one value after another into account. For the first j values, h_k(j) = h_k(j − 1) + x_j
-    // h_{k−1}(j).
+    // The loop adds one value x_j at a time. Let h_k(j) be the polynomial of the first j values: h_k(j) = h_k(j − 1) +
+    // x_j h_{k−1}(j).
     constexpr std::size_t terms = 18;
     std::array<double, terms> h{};
     h[0] = 1;
@@ -140,8 +140,8 @@ std::string check(const MetricBounds& b) {
 template <int D>
 std::optional<double> size_out_of_range(const LogMetric<D>& log_metric) {
     const double least = -2 * log(max_length), most = -2 * log(min_length);
-    // The norm of log M is at least each |eigenvalue|, so most metrics need no decomposition. `slack` covers rounding
-    // errors at the ends of the range.
+    // No |eigenvalue| exceeds the norm of log M, so most metrics need no decomposition. `slack` covers rounding errors
+    // of sizes equal to a limit.
     constexpr double slack = 1e-12;
     if (norm(log_metric.l) < std::fmin(-least, most)) return {};
     for (const double x : eigen_system(log_metric.l).values.c)

@@ -51,9 +51,9 @@ struct NaturalLogMetrics {
     Buffer<LogMetric<D>> straight, curved;
 };
 /// Returns the natural metrics at the vertices of a quadratic mesh, computed with straight and with curved edges
-/// (docs/algorithms/curved-back-mesh.md). At vertex v, the tangents of the curved edges there replace the edges of an
-/// element, with the volume of the straight element as weight. The straight edges are used if this replacement is
-/// inverted or has less than a twentieth of the straight volume.
+/// (docs/algorithms/curved-back-mesh.md). For curved edges, an element contributes at vertex v the natural metric of
+/// the straight element that its edge tangents at v span. The weight is the volume V of the element with straight
+/// edges. The straight edges are used if the spanned element is inverted or smaller than V/20.
 template <int D>
 [[nodiscard]] Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
                                                                        const Incidence<ElementId>& balls,
@@ -64,8 +64,7 @@ enum class TensorPrecision { four_bytes, eight_bytes };
 template <int D>
 struct TensorLogs {
     Buffer<LogMetric<D>> log_metrics;
-    std::size_t floored = 0;  ///< number of tensors with eigenvalues that rounding errors can explain and that were
-                              ///< raised
+    std::size_t floored = 0;  ///< number of tensors with eigenvalues that were raised because of rounding errors
 };
 
 /// Returns the logs of metric tensors from a file. `rows` has sym_size<D> numbers for each tensor: xx xy yy (xz yz zz).
@@ -130,8 +129,8 @@ template <int D>
 /// anisotropic meshes", 2010).
 enum class GradationSpace : std::uint8_t {
     metric,    ///< all sizes grow with the distance in the metric, which preserves anisotropy
-    physical,  ///< each size grows with the Euclidean distance, which tends to isotropy
-    mixed,     ///< geometric mean of these two, with weight `physical_share` for `physical`
+    physical,  ///< each size grows with the Euclidean distance, so metrics become isotropic far away
+    mixed,     ///< geometric mean of the sizes of both rules; `physical` has the weight `physical_share`
 };
 [[nodiscard]] constexpr auto words(GradationSpace) {
     return words_of(Word{GradationSpace::metric, "metric"}, Word{GradationSpace::physical, "physical"},

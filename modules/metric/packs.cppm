@@ -210,7 +210,7 @@ struct RightSingularPack {
     MatPack<D> columns;
     MatPack<D> vectors;
 };
-/// `out` must contain any orthogonal V₀ as `vectors`, and A V₀ as `columns`.
+/// On entry, `out.vectors` must be an orthogonal matrix V₀, and `out.columns` must be A V₀.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular_from(RightSingularPack<D> out) {
     MatPack<D>& w = out.columns;
@@ -221,8 +221,8 @@ template <int D>
                 const Pack alpha = dot(w.column[p], w.column[p]);
                 const Pack beta = dot(w.column[q], w.column[q]);
                 const Pack gamma = dot(w.column[p], w.column[q]);
-                // Rounding limits the product of orthogonal columns to a few ulps; a lower threshold would never be
-                // reached.
+                // The relative scalar product of two columns cannot fall below a few ulps, so a lower threshold would
+                // never be reached.
                 const Mask lanes = abs(gamma) > 1e-15 * sqrt(alpha * beta);
                 rotated |= lanes;
                 if (!any(lanes)) continue;
@@ -266,8 +266,9 @@ struct PulledBackPack {
     SymPack<D> log_metric;
     MatPack<D> axes;
 };
-/// With M = R Λ Rᵀ, the function decomposes Λ^{1/2} Rᵀ F = V Σ Uᵀ, which is accurate for needles. Then M̂ = U Σ² Uᵀ,
-/// and `axes` is R V Uᵀ. If F is singular, it returns M and the identity.
+/// Returns log M̂ of M̂ = FᵀMF, for the Jacobian F. With M = R Λ Rᵀ, the function decomposes Λ^{1/2} Rᵀ F = V Σ Uᵀ,
+/// which is accurate for needles. Then M̂ = U Σ² Uᵀ, and `axes` is R V Uᵀ. If F is singular, the function returns log M
+/// and the identity.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline PulledBackPack<D> pull_back_pack(const SymPack<D>& log_metric,
                                                                           const EigenPack<D>& metric,
@@ -279,7 +280,7 @@ export template <int D>
     }
     const RightSingularPack<D> s = right_singular<D>(factor);
     VecPack<D> logs;
-    MatPack<D> turned;  // R V
+    MatPack<D> turned;
     Pack sum = packed(0);
     for (int i = 0; i < D; ++i) {
         const Pack square = dot(s.columns.column[i], s.columns.column[i]);

@@ -93,8 +93,8 @@ template <int D>
                 const double alpha = norm_squared(w.column[p]);
                 const double beta = norm_squared(w.column[q]);
                 const double gamma = dot(w.column[p], w.column[q]);
-                // Rounding limits the product of orthogonal columns to a few ulps; a lower threshold would never be
-                // reached.
+                // The relative scalar product of two columns cannot fall below a few ulps, so a lower threshold would
+                // never be reached.
                 if (std::abs(gamma) <= 1e-15 * std::sqrt(alpha * beta)) continue;
                 rotated = true;
                 const double zeta = (beta - alpha) / (2 * gamma);
@@ -154,13 +154,13 @@ struct SpectralMetric {
         }
         return q;
     }
-    /// M v.
+    /// Returns M v.
     [[nodiscard]] inline Vec<D> times(const Vec<D>& v) const {
         Vec<D> r;
         for (int i = 0; i < D; ++i) r += values[i] * dot(vectors.column[i], v) * vectors.column[i];
         return r;
     }
-    /// M⁻¹ v.
+    /// Returns M⁻¹ v.
     [[nodiscard]] inline Vec<D> solve(const Vec<D>& v) const {
         Vec<D> r;
         for (int i = 0; i < D; ++i) r += dot(vectors.column[i], v) / values[i] * vectors.column[i];
@@ -250,12 +250,12 @@ void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, s
 
 template <int D>
 struct PulledBackMetric {
-    LogMetric<D> log_metric;           ///< log M̂
+    LogMetric<D> log_metric;           ///< logarithm of the metric M̂ = Fᵀ M F
     Mat<D> axes = Mat<D>::identity();  ///< orthogonal matrix M^{1/2} F M̂^{-1/2}; maps the frame of M̂ to that of M
     friend bool operator==(const PulledBackMetric&, const PulledBackMetric&) = default;
 };
-/// Pulls each metric back by its Jacobian F. Singular values make this accurate for needles. If F is singular, the
-/// metric is unchanged.
+/// Pulls each metric M back by its Jacobian F. Singular values make the result accurate for needles. If F is singular,
+/// M̂ is M.
 template <int D>
 void pull_back_metrics(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
                        std::span<PulledBackMetric<D>> pulled_back, Instructions set = widest_instructions());
@@ -441,9 +441,9 @@ struct AxesTurn {
     [[nodiscard]] bool is_none() const { return about == Vec<3>{}; }
 };
 
-/// Returns the rotation of a metric's axes between two places with the log-metrics `from` and `to`. It is exact for
-/// rotations in one plane, up to two factors (docs/algorithms/metric-interpolation.md). The rotation vanishes for equal
-/// sizes, which have no axes, and beyond about 0.8 radians, where axes cannot be matched.
+/// Returns the rotation of a metric's axes between two places with the log-metrics `from` and `to`
+/// (docs/algorithms/metric-interpolation.md). Rotations in one plane are exact except for two damping factors. The
+/// rotation vanishes for equal sizes, which have no axes, and beyond about 0.8 radians, where axes cannot be matched.
 template <int D>
 [[nodiscard]] AxesTurn<D> turn_between(const Sym<D>& from, const Sym<D>& to) {
     const Sym<D> change = to - from;

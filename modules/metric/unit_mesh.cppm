@@ -63,9 +63,9 @@ template <int D>
     return logarithmic_mean(std::sqrt(from.length_squared(edge)), std::sqrt(to.length_squared(edge)));
 }
 
-/// Shape of a simplex: the mean ratio to the power D/2, with the sign of the volume. It is 36 √12 V/(Σ l²)^(3/2) in 3D
-/// and 4 √3 A/Σ l² in 2D. V and A are volume and area times the geometric mean of sqrt(det M) at the vertices. l² is
-/// the mean squared length of an edge in the metrics of its two ends. Exact in a constant metric.
+/// Shape of a simplex: the mean ratio to the power D/2, with the sign of the volume. The shape is 36 √12 V/(Σ l²)^(3/2)
+/// in 3D and 4 √3 A/Σ l² in 2D. V and A are volume and area times the geometric mean of sqrt(det M) at the vertices. l²
+/// is the mean squared length of an edge in the metrics of its two ends. In a constant metric the shape is exact.
 template <int D>
 [[nodiscard]] double metric_shape(const std::array<Vec<D>, D + 1>& corners,
                                   const std::array<const MeasuringMetric<D>*, D + 1>& metrics) {
@@ -266,7 +266,8 @@ inline constexpr std::array<Vec<D>, D + 1> regular_gradients = [] {
     return rows;
 }();
 
-/// Returns J W⁻¹ of the straight element. Each edge i–j of a curved element adds offset ⊗ 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j).
+/// Returns J W⁻¹ of the straight element. In a curved element, each edge i–j adds its offset ⊗ 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j),
+/// with the gradients in the regular simplex.
 template <int D>
 [[nodiscard]] constexpr Mat<D> straight_jacobian(const QuadraticNodes<D>& nodes) {
     Mat<D> a;
@@ -315,8 +316,8 @@ struct QualityBound {
     friend bool operator==(const QualityBound&, const QualityBound&) = default;
 };
 
-/// Bisection stops when the bound reaches `enough` or the fraction `share` of the attained quality, or after
-/// `bisections`.
+/// Limits of the bisection. It stops when the bound reaches `enough`, or the fraction `share` of the attained quality,
+/// or after `bisections` steps.
 struct BoundEffort {
     double enough = 1;
     double share = 0.95;

@@ -454,8 +454,6 @@ Vec<D> CurvedNodes<D>::target_node_of(EdgeId edge) const {
     return midpoint(r_.mesh.points[a], r_.mesh.points[b]) + offset[0];
 }
 
-/// Problem: minimise the distances of nodes from their targets, with the Jacobian bounds of all elements as
-/// constraints.
 template <int D>
 JointProblem<D> CurvedNodes<D>::bending_problem() {
     using Problem = JointProblem<D>;

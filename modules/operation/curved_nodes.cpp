@@ -82,7 +82,6 @@ std::array<double, D + 1> place_in(const OldElement<D>& piece, const Vec<D>& p) 
     return xi;
 }
 
-/// Maps `p` to the curved element. Negative barycentric coordinates of `p` are replaced by 0.
 template <int D>
 Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi = place_in(piece, p);
@@ -119,8 +118,8 @@ struct OldPlace {
     int rank = 0;
     double least = -std::numeric_limits<double>::infinity();
 };
-/// Replaces `best` by the image of `p` on this boundary simplex if `rank` exceeds that of `best`. If the ranks are
-/// equal, the smallest barycentric coordinate of `p` must exceed that of `best`.
+/// Replaces `best` by the image of `p` on this boundary simplex if the simplex has a higher `rank`. If ranks are equal,
+/// its smallest barycentric coordinate must be larger.
 template <int D, int K>
 void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, edges_per_simplex<K>>& nodes,
              const Vec<D>& p, int rank, OldPlace<D>& best) {

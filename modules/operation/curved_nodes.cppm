@@ -35,7 +35,7 @@ struct ElementState {
     bool is_tolerated = false;  ///< the element may be invalid, because it replaces an invalid one
 };
 
-/// Ignores edges whose nodes are not placed yet.
+/// True if the edges at the point have permitted lengths. Ignores edges whose nodes are not computed yet.
 template <class ToPoint, class Nodes>
 [[nodiscard]] bool lengths_fit(std::span<const ToPoint> to_point, bool point_moves, const PatchLimits& limits,
                                const Nodes& nodes) {
@@ -134,7 +134,8 @@ class CurvedNodes {
     static constexpr bool is_judged_by_element = false;
 
     void place_inner();
-    /// Computes the nodes of all other edges. Returns true if there are such edges.
+    /// Computes the nodes that `place_inner` leaves out: those of boundary edges and of halves of a split edge. Returns
+    /// true if there are any.
     bool place_others();
     [[nodiscard]] bool is_placed(std::size_t spoke) const { return are_all_placed_ || is_free(spoke); }
     [[nodiscard]] double length_to(std::size_t spoke) const;

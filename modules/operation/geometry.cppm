@@ -76,7 +76,7 @@ template <int D>
 }
 
 /// Projects a boundary vertex to the geometry. `around`: all elements at the vertex. `known`: its geometric entity, if
-/// known. Empty if the geometry has no entity there.
+/// known. Empty if the geometry has no entity for the vertex.
 template <int D>
 [[nodiscard]] std::optional<SurfacePoint<D>> foot_of(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                      const Cavity<D>& around, VertexId v, const GeometryEntity& known) {
@@ -184,8 +184,7 @@ template <int D>
     return rounding_of(corners) * largest_face<D>(corners);
 }
 
-/// True if the determinant exceeds `rounding_floor`. First tries a bound that is larger but cheaper, computed from the
-/// diagonal of the bounding box (3D: its square) instead of the largest face.
+/// True if the determinant exceeds `rounding_floor`. A cheaper test with a larger bound is tried first.
 template <int D>
 [[nodiscard]] bool is_above_rounding(double determinant, const std::array<Vec<D>, D + 1>& corners) {
     Vec<D> low = corners[0], high = corners[0];

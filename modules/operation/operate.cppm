@@ -284,7 +284,7 @@ struct OperationResult {
 ///
 /// If new elements stay faulty, the removed elements that they replace leave the cavity, if allowed (see
 /// `fixed_element_count`). If none may leave, the element across the outer face of a faulty element joins the cavity.
-/// This is repeated at most `corrections` times.
+/// `PatchLimits::corrections` limits the number of these changes.
 template <int D>
 [[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                       const CavityRequest<D>& request, const PatchLimits& limits,

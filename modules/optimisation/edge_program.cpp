@@ -108,8 +108,8 @@ bool takes_part(Admits admits, int coefficient) {
     return admits == Admits::safe || is_corner<D>[coefficient];
 }
 
-/// Returns the node with this value that changes the coefficients least. Other nodes may be far away if the shell is
-/// open.
+/// Returns the position x that reaches `value` with the smallest changes of the functions, or `otherwise` if there is
+/// none. Other positions may be far away if the shell is open.
 template <int D>
 Vec<D> min_change(std::span<const RaisedFunction<D>> raised, double value, const Vec<D>& otherwise) {
     QuadraticModel<D> change{{}, {}, 0};
@@ -124,7 +124,7 @@ Vec<D> min_change(std::span<const RaisedFunction<D>> raised, double value, const
     return nearest.feasible ? nearest.x : otherwise;
 }
 
-/// Solution of the linear program. Coefficients that do not depend on the node limit its value.
+/// Solution of the linear program. Coefficients that do not depend on the node limit the achieved value.
 template <int D>
 struct LinearAnswer {
     Vec<D> x;
@@ -273,7 +273,7 @@ double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>
         if (s.required_jacobian) continue;
         const NodalSimplex<D> element = with_node(s, node);
         double value = smallest_scaled_coefficient(bounded_jacobian(element));
-        // For the requested value, `decide` may prove more.
+        // For the requested value, `decide` may prove more than the coefficients do.
         if (value < enough) {
             value = std::max(value, enough > 0 && decide(element, enough) == Verdict::valid
                                         ? enough

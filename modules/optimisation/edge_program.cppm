@@ -56,7 +56,7 @@ struct EdgeProgramOptions {
     int max_cuts = 60;        ///< maximum number of bisections; 0: only coefficients are tested
     /// Bisections end when the maximum is certainly above or below this.
     double enough = std::numeric_limits<double>::infinity();
-    /// Without bisections, a node is returned only if its minimum coefficient is at least this, which saves work.
+    /// Without bisections, a node is returned only if its minimum coefficient is at least this. The limit saves work.
     double least = -std::numeric_limits<double>::infinity();
 };
 
@@ -78,9 +78,9 @@ struct NearestNode {
     int cuts = 0;
 };
 
-/// Maximises the minimum of det J / |det straight| over the elements without `required_jacobian`; the others stay above
-/// theirs. Solves a linear program, then bisects until `lower` and `upper` agree to the tolerance or lie on one side of
-/// `enough`. Nothing if infeasible or if all elements have `required_jacobian`.
+/// Maximises the minimum of det J / |det straight| over the elements without `required_jacobian`. The other elements
+/// must keep their `required_jacobian`. Solves a linear program, then bisects until `lower` and `upper` agree to the
+/// tolerance or lie on one side of `enough`. Nothing if infeasible or if all elements have `required_jacobian`.
 template <int D>
 [[nodiscard]] std::optional<MaxMinNode<D>> max_min_node(const EdgeShell<D>& shell,
                                                         const EdgeProgramOptions& options = {});
@@ -92,7 +92,7 @@ template <int D>
 [[nodiscard]] std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model,
                                                          double bound, const EdgeProgramOptions& options = {});
 
-/// True if all elements are valid by `decide`: above `bound`, or above their `required_jacobian`.
+/// True if `decide` certifies all elements: above `bound`, or above their `required_jacobian`.
 template <int D>
 [[nodiscard]] bool holds(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double bound);
 
@@ -121,7 +121,8 @@ struct JointProblem {
 
     struct Element {
         QuadraticSimplex<D, D> bezier;                   ///< current positions
-        std::array<int, quadratic_nodes<D>> unknowns{};  ///< unknowns of vertices, then of edges; or `fixed`
+        std::array<int, quadratic_nodes<D>> unknowns{};  ///< index of the unknown of each vertex, then of each edge
+                                                         ///< node; `fixed`: no unknown
         double floor = 0;                                ///< minimum of the coefficients, as a share of |det straight|
         double least = -std::numeric_limits<double>::infinity();  ///< absolute minimum of the coefficients, since
                                                                   ///< vertices change |det straight|
@@ -135,9 +136,9 @@ struct JointProblem {
     static constexpr double strong = 10;  ///< penalty that favours feasibility
 };
 
-/// Work of evaluating one element; a unit of work takes about 50 µs. A step with ten unknowns and thirty elements takes
-/// about one unit: 0.4 (unknowns / 10)² for its equations, plus evaluations. Decisions depend on these counts, so they
-/// do not depend on the machine.
+/// Work of evaluating one element, in units of about 50 µs. A step with ten unknowns and thirty elements takes about
+/// one unit: 0.4 (unknowns / 10)² for its equations, plus evaluations. Decisions depend on these counts and not on
+/// times, so they are equal on all machines.
 inline constexpr double element_work = 0.01;
 [[nodiscard]] constexpr double equations_work(std::size_t unknowns) {
     const auto n = static_cast<double>(unknowns);

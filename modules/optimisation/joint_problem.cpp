@@ -35,7 +35,6 @@ constexpr auto control_between = [] {
     return table;
 }();
 
-/// ∂ det(c_1 … c_D) / ∂ c_a: the cofactors.
 constexpr std::array<Vec<2>, 2> determinant_gradient(const std::array<Vec<2>, 2>& c) {
     return {Vec<2>{{c[1][1], -c[1][0]}}, Vec<2>{{-c[0][1], c[0][0]}}};
 }
@@ -43,7 +42,7 @@ constexpr std::array<Vec<3>, 3> determinant_gradient(const std::array<Vec<3>, 3>
     return {cross(c[1], c[2]), cross(c[2], c[0]), cross(c[0], c[1])};
 }
 
-/// One way to write α as an ordered sum Σ_a e_{i_a}.
+/// One of the ways to write the multi-index α as an ordered sum Σ_a e_{i_a} of unit indices.
 template <int D>
 struct CoefficientWay {
     int position = 0;
@@ -130,7 +129,7 @@ struct SlackLevel {
     double least = -std::numeric_limits<double>::infinity();
 };
 
-/// (c − max(floor · |det straight|, least)) / scale for all coefficients.
+/// Returns (c − max(floor · |det straight|, least)) / scale for each coefficient c of det J.
 template <int D>
 Slacks<D> slacks_of(const QuadraticSimplex<D, D>& element, SlackLevel of, double scale) {
     Slacks<D> g = jacobian(element);
@@ -217,7 +216,6 @@ class Descent {
         }
         return all;
     }
-    /// Returns max(0, λ − μ g) for the slack g.
     [[nodiscard]] double force(std::size_t e, int k, double g) const {
         return std::max(0.0, multipliers_[e][k] - penalty_ * g);
     }

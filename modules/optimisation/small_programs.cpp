@@ -108,7 +108,7 @@ Frame<M> frame_of(std::span<const RaisedFunction<M>> functions) {
     return frame;
 }
 
-/// row · z + offset ≥ 0, with z = (y, t).
+/// The constraint row · z + offset ≥ 0, with z = (y, t).
 template <int M>
 struct Row {
     std::array<double, M + 1> c{};
@@ -146,7 +146,6 @@ class DualSimplex {
             }
     }
 
-    /// False if no function is raised.
     bool start() {
         int lowest = -1;
         double least = 0;
@@ -192,7 +191,7 @@ class DualSimplex {
     }
 
   private:
-    /// z of the basis, and multipliers λ with Σ λ_i row_i = −(0, …, 0, 1).
+    /// Computes z of the basis, and multipliers λ with Σ λ_i row_i = −(0, …, 0, 1).
     bool solve_basis() {
         SquareMatrix<M + 1> matrix;
         for (int i = 0; i <= M; ++i) matrix[i] = rows_[basis_[i]].c;
@@ -281,7 +280,6 @@ namespace {
 /// Never reached in practice. Each full step raises the cost, so no active set repeats.
 constexpr int max_full_steps = 400;
 
-/// L⁻¹ b.
 template <int M>
 Vec<M> forward(const Mat<M>& lower, Vec<M> b) {
     for (int i = 0; i < M; ++i) {
@@ -290,7 +288,6 @@ Vec<M> forward(const Mat<M>& lower, Vec<M> b) {
     }
     return b;
 }
-/// L⁻ᵀ b.
 template <int M>
 Vec<M> backward(const Mat<M>& lower, Vec<M> b) {
     for (int i = M - 1; i >= 0; --i) {
@@ -352,7 +349,7 @@ struct ActiveSet {
         }
     }
 
-    /// Rᵀ w = −offsets, y = Q w, R u = w.
+    /// Solves Rᵀ w = −offsets, then sets y = Q w and solves R u = w.
     void solve() {
         std::array<double, M> w{};
         y = {};
@@ -414,7 +411,7 @@ Step enter(ActiveSet<M>& set, const Plane<M>& plane) {
     return Step::added;
 }
 
-/// L with hessian = L Lᵀ; pivots lost to rounding become small positive ones.
+/// Returns L with hessian = L Lᵀ. Pivots lost to rounding are replaced by small positive ones.
 template <int M>
 Mat<M> cholesky(const Sym<M>& hessian) {
     Mat<M> lower;

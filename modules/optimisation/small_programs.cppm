@@ -55,12 +55,12 @@ template <int M>
 [[nodiscard]] std::optional<MaxMinPoint<M>> max_min_point(std::span<const RaisedFunction<M>> functions, double reach,
                                                           double least = -std::numeric_limits<double>::infinity());
 
-/// value + ½ (x − centre)ᵀ hessian (x − centre), strictly convex.
+/// The strictly convex function value + ½ (x − centre)ᵀ hessian (x − centre).
 template <int M>
 struct QuadraticModel {
     Vec<M> centre;
     Sym<M> hessian = Sym<M>::identity();  ///< symmetric positive definite
-    double value = 0;                     ///< at the centre
+    double value = 0;                     ///< value at the centre
 
     [[nodiscard]] constexpr double operator()(const Vec<M>& x) const {
         return value + 0.5 * dot(x - centre, hessian * (x - centre));

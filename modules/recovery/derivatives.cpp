@@ -23,13 +23,15 @@ namespace {
 /// Minimum `Fit::independence`. Noise of the values is amplified by 1/sqrt(independence). For fields of degree k,
 /// independence inside meshes is at least 0.004 for degree k + 2, and about 0.001 for k + 3.
 constexpr double min_independence = 1e-4;
-/// Nodes requested per coefficient of a polynomial of degree P. Polynomials that boundary rows use need more, because
-/// noise grows outside the region of the nodes.
+/// Nodes requested for each coefficient of a polynomial of degree P. If boundary rows use a polynomial, it needs more
+/// nodes, because noise grows outside the region of the nodes.
 constexpr double nodes_per_coefficient = 4;
 template <int D>
 constexpr double nodes_per_shared_coefficient = D == 2 ? 6 : 9;
-/// Numbers of nodes per coefficient for fields of degree k. `surplus_nodes`: required for degree k + 3. `few_nodes`:
-/// required for k + 2 and k + 1. `own_nodes`: requested for boundary rows without inner fits.
+/// Numbers of nodes per coefficient for fields of degree k:
+/// - `surplus_nodes`: required for polynomials of degree k + 3.
+/// - `few_nodes`: required for degrees k + 2 and k + 1.
+/// - `own_nodes`: requested for boundary rows without inner fits.
 constexpr double surplus_nodes = 3, few_nodes = 1.3, own_nodes = 2;
 constexpr std::size_t fit_grain = 64;
 
@@ -198,13 +200,13 @@ class Recovery {
         }
     }
 
-    /// Fits the highest degree that the nodes determine, because they may be few, or in few layers.
+    /// Fits a polynomial of the highest degree that the nodes determine.
     int determine(Work& work, VertexId v, std::size_t row) const {
         FitRequest request = fit_request(row);
         for (;;) {
             const int degree = gather(work, v, rows_.materials.items[row], request);
             if (degree >= request.least) return degree;
-            // A lower degree needs fewer rings of nodes.
+            // A polynomial of lower degree needs fewer rings of nodes.
             request = {degree, degree, few_nodes * monomials_up_to<D>(degree)};
         }
     }

@@ -17,8 +17,8 @@ namespace camber {
 
 namespace {
 
-/// `core` in the weights 1/(core + |y|) of nodes. |y| ≤ 1 is the distance of a node from the element's middle in
-/// whitened coordinates.
+/// A node has the weight 1/(near_core + |y|). |y| ≤ 1 is its distance from the element's middle in whitened
+/// coordinates.
 constexpr double near_core = 0.05;
 constexpr double own_surplus = 1.2;
 constexpr double enough_independence_within = 1e-7;
@@ -53,8 +53,7 @@ class ElementFits {
     }
 
   private:
-    /// Gathers nodes for a polynomial of degree P, if available, and factorises. Returns the degree that the nodes
-    /// determine.
+    /// Gathers nodes for a polynomial of degree P, and factorises the fit. Returns the degree that the nodes determine.
     int place(ElementId e) {
         rings_.begin(e);
         const auto grow = [&] { return rings_.count() < most_rings && rings_.grow(); };

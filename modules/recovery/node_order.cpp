@@ -31,7 +31,7 @@ Centred centred(std::span<const double> values) {
     return out;
 }
 
-/// Participation number (Σ x²)²/Σ x⁴: approximately the number of values that differ from the mean.
+/// Participation number (Σ x²)²/Σ x⁴ of centred values x: approximately the number of values that differ from the mean.
 double participation(const Centred& c) {
     double fourth = 0;
     for (const double x : c.values) fourth += x * x * x * x;
@@ -127,7 +127,7 @@ bool is_like_random(const NeighbourMeans& means, Centred field, const Moments& m
     return true;
 }
 
-/// Edges without elements are last.
+/// Returns the edges in the order of the first element that contains each edge. Edges without elements are last.
 template <int D>
 std::vector<std::size_t> edges_by_first_element(const EdgeSet<D>& edges) {
     std::vector<std::size_t> order;
@@ -165,7 +165,7 @@ MiddleFit middle_fit(const EdgeSet<D>& edges, std::span<const double> vertices, 
     return fit;
 }
 
-/// Limits found by measurements.
+/// Minimum participation numbers for verdicts, found by measurements. `of_random`: for the verdict `unrelated`.
 constexpr double least_participation = 30, of_random = 200;
 constexpr double related = 0.3, unrelated = 0.2, better_by = 3;
 

@@ -36,7 +36,7 @@ EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double requested
         ShellElement<D> element{state.element(e), local, {}};
         if (state.good(e) || is_preserved(e)) {
             const double preserved = preserved_jacobian(state, e, requested);
-            // The coefficients of a valid element may prove less than its verdict.
+            // The coefficients of a valid element may prove a lower bound than its verdict does.
             const double least =
                 state.good(e) ? std::max(preserved, state.options.min_scaled_jacobian.value) : preserved;
             if (least < requested) element.required_jacobian = least;
@@ -89,8 +89,8 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
     };
     const double target = state.options.effective_target();
     if (try_all(target, none) || try_all(target, no_other)) return best;
-    // Only the method `edge` accepts the bound here: the other methods optimise cavities next, which may still reach
-    // the target.
+    // Only the method `edge` accepts a position that reaches only the bound: the other methods optimise cavities next,
+    // which may still reach the target.
     if (target > bound && state.options.method == RepairMethod::edge && !try_all(bound, none)) try_all(bound, no_other);
     return best;
 }
@@ -134,7 +134,6 @@ Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
 namespace {
 
 constexpr std::size_t max_edges = 240;
-/// Cost of a surface node relative to a volume node.
 constexpr double surface_weight = 1e4;
 /// Like `min_return`, for joint moves.
 constexpr double min_joint_return = 1e-5;

@@ -277,7 +277,7 @@ Moves<D> plan_towards(const RepairState<D>& state, const Overlay<EdgeId, Lagrang
 
 namespace {
 
-/// Tolerance of coplanarity, as a share of the chord.
+/// Tolerance for coplanar points, as a share of the chord.
 constexpr double flat = 1e-9;
 
 std::optional<Vec<3>> plane_of(const QuadraticMesh<3>& mesh, const Column<LagrangeNode<3>>& nodes,

@@ -71,7 +71,8 @@ void append_moving(const SegmentElement<D>& s, std::vector<AffineConstraint>& co
             constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, 0});
 }
 
-/// Requirement: all invalid elements, or only the seed, must reach the target or the bound.
+/// A requirement on a move: all invalid elements, or only the seed (the element to repair), must reach the target or
+/// the bound.
 struct Demand {
     bool whole_shell;
     bool to_target;
@@ -86,7 +87,7 @@ double floor_of(const Trial<D>& trial, const SegmentElement<D>& s, ElementId e, 
     return s.min_at_1;
 }
 
-/// A candidate position: lower rank, then lower loss, is better.
+/// A candidate position. Candidates of lower rank are better; among those of equal rank, lower loss is better.
 struct Candidate {
     EdgeId edge;
     double theta;
@@ -101,7 +102,6 @@ double loss(const Trial<D>& trial, EdgeId edge, double theta) {
     return (1 - theta) * distance(trial.node(edge).point, trial.middle(edge).point) / trial.length(edge);
 }
 
-/// Returns the largest θ at which the element meets the first feasible demand.
 template <int D>
 std::optional<Candidate> repairing_candidate(const Trial<D>& trial, ElementId e, EdgeId edge,
                                              std::span<const Demand> allowed) {
@@ -216,11 +216,10 @@ bool put_back(Trial<D>& trial, EdgeId edge) {
 namespace {
 
 constexpr int max_slide_steps = 10;
-/// Relative cost of a slide, which changes the surface approximation.
 constexpr double slide_weight = 10;
-/// Cost factor of displacements off the geometry, large enough to prevent them.
 constexpr double off_weight = 1e8;
-/// Added to the required scaled Jacobian, because projection onto the geometry reduces it; the seed needs more.
+/// Margins added to the required scaled Jacobian, because projection onto the geometry reduces it. The seed (the
+/// element to repair) needs the larger one.
 constexpr double slack = 2e-5, slack_of_seed = 1e-4;
 /// Maximum distance of a node from the projected chord midpoint, as a share of the chord, unless the node was farther
 /// before. At a quarter the derivative of the curve vanishes at one end.
@@ -309,7 +308,8 @@ Sliding<D> beginning(const RepairState<D>& state, const RepairCavity<D>& cavity,
     return at;
 }
 
-/// `back`: vector from the point to its target position.
+/// Returns a cost model that penalises displacements off the geometry. `back`: vector from the point to its target
+/// position.
 template <int D>
 OffsetModel<D> on_geometry(const Slider<D>& slider, const Vec<D>& back, const Sym<D>& hessian) {
     double trace = 0;
@@ -317,7 +317,6 @@ OffsetModel<D> on_geometry(const Slider<D>& slider, const Vec<D>& back, const Sy
     return {slider.along(back), slide_weight * hessian + off_weight * trace * slider.normal_projector};
 }
 
-/// The target of a boundary node is the projected chord midpoint.
 template <int D>
 OffsetModel<D> node_model(const Sliding<D>& at, std::size_t i) {
     const QuadraticModel<D> model = at.state.model(at.cavity.edges[i]);

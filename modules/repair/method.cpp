@@ -22,7 +22,7 @@ namespace camber {
 
 namespace {
 
-/// Number of plans that have equal shares of the remaining work.
+/// Number of plans computed at once. Each may use an equal share of the remaining work.
 constexpr std::size_t plans_at_once = 32;
 
 // Type-erased so that `plan_in_rounds` is compiled once per item type and not once per pass.
@@ -83,7 +83,6 @@ constexpr double costly = 1e-3;
 /// Scaled Jacobians that slides require in turn, as shares of the target. All are positive, because projection reduces
 /// the value.
 constexpr std::array slide_shares{1.0, 0.1, 0.001};
-/// Rings of elements around invalid ones in local extensions.
 constexpr int nearest_rings = 2;
 constexpr int farthest_rings = 8;
 
@@ -203,7 +202,6 @@ struct Passes {
         std::erase_if(edges, [&](EdgeId e) { return state.moved.nodes[e].point == state.target_position(e); });
         return edges;
     }
-    /// Uses the implied metric, which is fast to evaluate.
     [[nodiscard]] Outcome<std::vector<EdgeId>> costliest(std::vector<EdgeId> edges, std::size_t most) const {
         if (edges.size() <= most) return edges;
         const auto costs = map_each(without_progress(execution), edges.size(), [&](std::size_t i) {
@@ -238,7 +236,7 @@ struct Passes {
         return part_of(execution, share(static_cast<double>(turn)), share(static_cast<double>(turn + 1)));
     }
     Outcome<Done> over_queue(const ClaimOf<ElementId>& claim, const PlanOf<D, ElementId>& plan) {
-        // Part of the work is reserved for later passes.
+        // Part of the remaining work is reserved for later passes.
         const double reserved = state.work_left * (1 - max_of_work);
         state.work_left -= reserved;
         const ItemPlanning<D, ElementId> planning{[&](ElementId e) { return state.good(e); }, claim, plan,
@@ -286,7 +284,8 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
     const RepairOptions& options = passes.state.options;
     const bool restores_first = options.method == RepairMethod::extension;
     const bool with_cavities = has_cavities(options.method);
-    // A bound that is only recommended does not justify large cavities, or moves of vertices or surface nodes.
+    // Large cavities and moves of vertices or surface nodes are used only for an explicit bound, not for a recommended
+    // one.
     const bool is_explicit = options.min_scaled_jacobian.is_explicit;
     Outcome<Done> done = Done{};
     const auto counted = [&](std::size_t& counter, auto&& pass) {
@@ -399,7 +398,6 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     return Done{};
 }
 
-/// Later repairs have this share of the effort of the first.
 constexpr double share_of_retries = 0.25;
 
 /// Nodes leave a prescribed geometry only for validity, not for a higher bound.

@@ -38,8 +38,8 @@ struct RemainingElement {
 template <int D>
 [[nodiscard]] std::vector<RemainingElement> remaining(const Repaired<D>& repaired);
 
-/// The same for meshes whose boundary may leave the geometry: only elements with required entities or an exhausted work
-/// limit.
+/// Like `remaining`, for meshes whose boundary may leave the geometry. Returns only elements with required entities or
+/// an exhausted work limit.
 template <int D>
 [[nodiscard]] std::vector<RemainingElement> remaining_by_limits(const Repaired<D>& repaired);
 
@@ -87,14 +87,14 @@ template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution);
 
-/// Calls `repair`. If invalid elements remain, relaxes them towards the straight mesh, surface edges last, provided
-/// that this repairs any; then calls `restore_input`. An element stays invalid only if it is valid neither straight nor
-/// with the nodes of the input. For meshes whose boundary nodes may leave the geometry.
+/// Calls `repair`. If invalid elements remain, tries to relax them towards the straight mesh, surface edges last, and
+/// accepts this if it repairs any of them. Then calls `restore_input`. An element stays invalid only if it is valid
+/// neither straight nor with the nodes of the input. For meshes whose boundary nodes may leave the geometry.
 template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                                         const RepairOptions& options, const Execution& execution);
 
-/// Repairs within a fixed boundary. If invalid elements remain, boundary nodes slide on the guide's geometry, then in
+/// Repairs with a fixed boundary. If invalid elements remain, boundary nodes slide on the guide's geometry, then in
 /// planes, then move by at most `boundary_tolerance`. Nodes that would move farther are fixed, and the repair is
 /// repeated. Boundary vertices move only if the guide has `vertices_onto`. If the bound cannot be reached, this
 /// function and `repair_or_straighten` select the result with the fewest invalid elements, at most as many as in the
@@ -143,7 +143,7 @@ template <int D>
 [[nodiscard]] Outcome<FootOnGeometry<D>> feet_on(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
                                                  const QuadraticMesh<D>& mesh, const Execution& execution);
 
-/// The same as `feet_on` for all surface and ridge edges, prescribed or not. Errors: stopped.
+/// Like `feet_on`, but for all surface and ridge edges, prescribed or not. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<FootOnGeometry<D>> feet_on_any(const Geometry<D>& geometry,
                                                      const Column<EdgeKind>& boundary_kinds,
@@ -184,13 +184,13 @@ template <int D>
 template <int D>
 struct UncrossedNodes {
     std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;  ///< new positions, ascending
-    Crossings crossings;  ///< at the new positions; only facets that cross even with straight edges
+    Crossings crossings;  ///< crossings that remain at the new positions: facets that cross even with straight edges
 };
 
 /// Moves boundary nodes towards the chord midpoints until no facets cross. First the nodes of all crossing facets move
-/// back in steps of 1/8. Then each node advances again as far as possible, in steps of 1/16 and successive halves.
-/// Depends on facets only. Facets that cross with straight edges remain; edges of kind `fixed` stay. Errors: memory,
-/// stopped.
+/// back in steps of 1/8. Then each node advances again as far as possible, in steps of 1/16 and successive halves. The
+/// result depends only on facets. Facets that cross with straight edges remain; nodes of edges of kind `fixed` do not
+/// move. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<UncrossedNodes<D>> uncrossed_nodes(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
                                                          std::span<const LagrangeNode<D>> mid_nodes,
@@ -245,8 +245,8 @@ struct SurfaceLimits {
 /// 3. A node leaves the geometry by the minimum displacement in space.
 /// 4. All nodes of the triangle move towards their chords by θ until it is valid, and later back as far as possible.
 ///
-/// Only 4 may invalidate other triangles. 3 and 4 leave the geometry; if the bound is only recommended, they are used
-/// only where N · n is not positive. Methods without models use 4 only.
+/// Only move 4 may invalidate other triangles. Moves 3 and 4 leave the geometry; if the bound is only recommended, they
+/// are used only where N · n is not positive. Methods without models use only move 4.
 [[nodiscard]] Outcome<Repaired<3>> repair_surface(const JudgedProposal<3>& input, const RepairGuide<3>& guide,
                                                   const RepairOptions& options, const SurfaceLimits& leave,
                                                   const Execution& execution);

@@ -17,7 +17,7 @@ template <int D>
 struct Moves {
     std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;  ///< ascending
     std::vector<std::pair<VertexId, Vec<D>>> points;        ///< ascending
-    std::vector<std::pair<ElementId, Verdict>> verdicts;    ///< of the elements around moved nodes and points
+    std::vector<std::pair<ElementId, Verdict>> verdicts;    ///< verdicts of the elements around moved nodes and points
 };
 
 /// A mesh with moved points and nodes, and its verdicts. The cost of a copy depends only on the number of changes.
@@ -127,7 +127,6 @@ enum class EdgeGroup { volume, surface, all };
 template <int D>
 [[nodiscard]] std::vector<EdgeId> movable_edges(const Trial<D>& trial, ElementId e, EdgeGroup group);
 
-/// Previous values, for `undo`.
 template <int D>
 struct Changes {
     std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;
@@ -156,8 +155,8 @@ enum class Steps { to_target, to_bound, helping };
 template <int D>
 bool repair_element(Trial<D>& trial, ElementId e, EdgeGroup group, Steps steps);
 
-/// Moves the nodes of an element, and of those that become invalid, towards their chord midpoints by factors θ. Undoes
-/// all moves unless every element reaches `scaled_jacobian` within a limited number of elements.
+/// Moves the nodes of an element towards their chord midpoints by factors θ, and likewise the nodes of elements that
+/// become invalid. Undoes all moves if an element does not reach `scaled_jacobian`, or if too many elements must move.
 template <int D>
 bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double scaled_jacobian);
 
@@ -180,9 +179,9 @@ template <int D>
                                                        const std::vector<ElementId>& seeds, int rings,
                                                        const Execution& execution);
 
-/// Moves volume nodes around invalid elements to a linear extension of the boundary displacements, including all
-/// elements that become invalid. Nodes of planar boundary parts slide within their planes by at most `tolerance`. The
-/// boundary shape stays; the result is not necessarily better. Errors: stopped.
+/// Moves volume nodes around invalid elements to a linear extension of the boundary displacements, and likewise around
+/// all elements that become invalid. Nodes of planar boundary parts slide within their planes by at most `tolerance`.
+/// The boundary shape stays; the result is not necessarily better. Errors: stopped.
 [[nodiscard]] Outcome<Proposal<3>> slid_in_planes(const JudgedProposal<3>& judged, double tolerance,
                                                   const Execution& execution);
 

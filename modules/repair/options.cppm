@@ -187,7 +187,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Repaired<D> with_all_changes(const JudgedProposal<D>& before, Repaired<D> after);
 
-/// Ascending.
+/// Returns the elements whose verdict is not `valid`, in ascending order.
 template <int D>
 [[nodiscard]] std::vector<ElementId> elements_not_valid(const Validation<D>& validation);
 
@@ -235,7 +235,6 @@ struct JudgedForBoth {
     Repaired<D> repaired;
     std::size_t invalid = 0;
 
-    /// Sort key.
     [[nodiscard]] std::pair<std::size_t, std::size_t> left() const {
         return {invalid, repaired.judged.validation().not_valid()};
     }
@@ -253,10 +252,10 @@ template <int D>
     return JudgedForBoth<D>{std::move(repaired), least->validation().not_valid()};
 }
 
-/// For a bound that cannot be reached: repair passes do not distinguish elements below the bound from invalid ones.
-/// `requested` is the result for the requested bound. If it has invalid elements, repairs for the minimum bound from
-/// `requested` and from `input`, and selects the result with the fewest invalid elements. If none is invalid then,
-/// tries the requested bound once more. Errors: those of `repair`, stopped.
+/// Selects the result for a bound that may be unreachable. Repair passes treat elements below the bound like invalid
+/// ones. `requested` is the result for the requested bound. If it has invalid elements, repairs for the minimum bound
+/// from `requested` and from `input`, and selects the result with the fewest invalid elements. If that has none, tries
+/// the requested bound once more. Errors: those of `repair`, stopped.
 template <int D, class Repair>
 [[nodiscard]] Outcome<Repaired<D>> min_invalid(const JudgedProposal<D>& input, Outcome<Repaired<D>> requested,
                                                const RepairOptions& options, const Execution& execution,

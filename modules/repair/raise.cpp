@@ -22,10 +22,8 @@ namespace {
 /// Tolerated relative loss of the scaled Jacobian, since certified values are only this accurate.
 constexpr double tolerated_loss = 1e-3;
 
-/// Share of the effort of the repair.
 constexpr double share_of_effort = 0.25;
 
-/// Elements that are valid in `at_bound` stay valid.
 template <int D>
 Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& before, const Validation<D>& at_bound,
                               const Incidence<ElementId>& shells, const Execution& execution) {

@@ -133,8 +133,6 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     return check_limits(options);
 }
 
-/// An element or edge to process, and the elements that this reads and writes; nothing if they are not known in
-/// advance.
 template <class Id>
 struct Piece {
     Id id;
@@ -151,7 +149,6 @@ struct Step {
     std::vector<ElementId> broken;
 };
 
-/// Relaxes items in parallel with the result of sequential processing.
 template <int D>
 struct Relaxing {
     SegmentState<D> state;
@@ -189,8 +186,6 @@ struct Relaxing {
         const auto claim = [](const Piece<Id>& piece) { return piece.claim(); };
         return run_in_rounds(schedule, std::move(pieces), execution, needless, claim, round);
     }
-    /// Calls f(trial, element) for the invalid elements of the queue, and removes those that become valid. True if a
-    /// node moved.
     template <class PieceOf, class F>
     Outcome<bool> turn(std::vector<ElementId>& queue, PieceOf&& piece, F&& f) {
         std::vector<Piece<ElementId>> pieces;

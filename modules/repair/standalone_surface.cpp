@@ -100,7 +100,6 @@ class Surface {
     }
 
     [[nodiscard]] double bound() const { return options_.min_scaled_jacobian; }
-    /// Bound that justifies moves off the geometry.
     [[nodiscard]] double hard_bound() const { return options_.min_scaled_jacobian.is_explicit ? bound() : min_bound; }
 
     [[nodiscard]] bool is_free(EdgeId e) const {
@@ -126,7 +125,6 @@ class Surface {
             if (mesh_.edges.of_facets[t][k] == edge) s.nodes[3 + k] = p;
         return s;
     }
-    /// Jacobian coefficients divided by the determinant of the straight triangle.
     static std::array<double, 6> scaled(const SurfaceTriangle& s) {
         const BoundedJacobian<2> j = bounded_jacobian(s);
         std::array<double, 6> c{};
@@ -156,8 +154,8 @@ class Surface {
         }
     }
 
-    /// Minimum displacement from `at` that raises triangle `of` to `floor`; adjacent triangles stay above `floor` or
-    /// their own minimum.
+    /// Returns the minimum displacement of a node from `at` that raises the minimum of triangle `of` to `floor`.
+    /// Adjacent triangles stay above `floor` or their own minimum.
     template <int M>
     [[nodiscard]] std::optional<Vec<3>> min_displacement(std::size_t of, EdgeId edge, const Vec<3>& at,
                                                          const Freedom& freedom, double floor) {
@@ -197,7 +195,6 @@ class Surface {
         return {edge, p, distance(p, nodes_[edge.index()].point) / chord(edge)};
     }
 
-    /// Scaled Jacobians to try in turn: the target, then slightly above `least`.
     [[nodiscard]] std::array<double, 2> floors(double least) const {
         return {std::max(options_.target.value, least), least + 1e-3 * (1 - least)};
     }
@@ -266,7 +263,6 @@ class Surface {
         return decide(triangle(t), hard_bound()) == Verdict::valid;
     }
 
-    /// The coefficients are affine on the segment to the initial position.
     void restore_move(EdgeId edge) {
         const Vec<3> from = nodes_[edge.index()].point;
         const Vec<3> to = before_.mid_nodes[edge].point;

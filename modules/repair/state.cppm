@@ -44,7 +44,7 @@ struct RepairState {
     [[nodiscard]] bool exhausted() const { return work_left < 1; }
     [[nodiscard]] bool good(ElementId e) const { return moved.is_valid(e); }
     [[nodiscard]] NodalSimplex<D> element(ElementId e) const { return moved.element(e); }
-    /// Target position of the edge's node, shifted with the chord midpoint.
+    /// Target position of the edge's node, moved by the displacement of the chord midpoint.
     [[nodiscard]] Vec<D> target_position(EdgeId edge) const { return target_nodes(edge).point + moved.shift(edge); }
     [[nodiscard]] QuadraticModel<D> model(EdgeId edge) const {
         QuadraticModel<D> m = models[edge];
@@ -81,12 +81,12 @@ struct Planned {
 /// Unit of work: the optimisation of one edge.
 inline constexpr double edge_work = 1;
 
-/// Plans the cheapest move of one volume node that makes the seed valid without degrading an element.
+/// Plans the cheapest move of one volume node that makes the element `seed` valid without degrading an element.
 template <int D>
 [[nodiscard]] Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed);
 
 /// Plans a move of the node along the segment to its target, on which the coefficients are affine. No plan if the step
-/// is short. Costs no work.
+/// is short. The planning does not count as work.
 template <int D>
 [[nodiscard]] Planned<D> plan_return_on_segment(const RepairState<D>& state, EdgeId edge);
 
@@ -98,10 +98,12 @@ template <int D>
 [[nodiscard]] Planned<D> plan_return(const RepairState<D>& state, EdgeId edge);
 
 struct CavityExtent {
-    /// `slides`: surface nodes, vertices in the volume and on the boundary, and the nodes of edges at these vertices.
+    /// Kinds of points that may move. `slides`: surface nodes, vertices in the volume and on the boundary, and the
+    /// nodes of edges at these vertices.
     enum class Moves : std::uint8_t { volume_nodes, vertices, surface_nodes, slides };
     Moves moves = Moves::volume_nodes;
-    int closures = 0;  ///< 0: only edges of the seed; each step adds the edges of adjacent elements
+    int closures = 0;  ///< extensions of the set of edges: 0 has those of the seed, each adds those of adjacent
+                       ///< elements
 };
 
 template <int D>
@@ -113,13 +115,14 @@ struct RepairCavity {
 template <int D>
 [[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, CavityExtent extent);
 
-/// Plans a joint move that gives the seed at least the scaled Jacobian `requested` (0: the bound, at any cost) without
-/// degrading an element.
+/// Plans a joint move that gives the element `seed` at least the scaled Jacobian `requested` without degrading an
+/// element. For `requested` 0, the bound suffices, at any cost.
 template <int D>
 [[nodiscard]] Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
                                             double requested, double max_work);
 
-/// Required scaled Jacobians are this amount above the bound, because the solver ends within a fraction of the amount.
+/// Amount by which required scaled Jacobians exceed the bound. The solver may miss a requirement by a fraction of this
+/// amount.
 inline constexpr double floor_slack = 2e-6;
 
 /// Like `plan_cavity_repair`, but boundary nodes and vertices slide on the geometry (`onto`, `vertices_onto`). Each
@@ -177,8 +180,8 @@ template <int D>
     return (D == 2 ? 2 : 6) * signed_measure<D>(corners);
 }
 
-/// Returns the values of the original straight element or, if that is flat or inverted, the means over sound elements
-/// around its free vertices.
+/// Returns the determinant and the mean ratio (at most enough_mean_ratio) of the original straight element. If it is
+/// flat or inverted, returns means over sound elements around its free vertices.
 template <int D>
 [[nodiscard]] inline ShapeFloor<D> shape_floor(const RepairState<D>& state, ElementId e) {
     const auto own = corners_of(state, e);

@@ -93,7 +93,6 @@ Outcome<FootOnGeometry<D>> feet_on_any(const Geometry<D>& geometry, const Column
 
 namespace {
 
-/// Sorted by vertex.
 using EdgesAtVertices = std::vector<std::pair<VertexId, EdgeId>>;
 
 template <int D>
@@ -158,7 +157,6 @@ Outcome<Column<LagrangeNode<D>>> mesh_nodes_on(const Geometry<D>& geometry, cons
 
 namespace {
 
-/// Lower number first.
 using FacetPairs = std::vector<std::pair<FacetId, FacetId>>;
 
 FacetPairs crossing_pairs(const Crossings& crossings) {
@@ -298,7 +296,6 @@ class Uncrossing {
     std::vector<FacetId> near_;
 };
 
-/// Makes a guide if `guide` is empty because all elements were valid.
 template <int D>
 Outcome<RepairGuide<D>> guide_or_own(const RepairGuide<D>& guide, const JudgedProposal<D>& judged,
                                      const Incidence<ElementId>& elements_of_edge, const Execution& execution) {
@@ -370,7 +367,8 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
             if (!moved) return fail(moved.error());
             now = std::move(moved->judged);
             if (!moved->is_broken) break;
-            // The last iteration fixes no node, because chords are valid wherever the straight mesh is valid.
+            // The last iteration fixes no node, because elements with straight edges are valid wherever the straight
+            // mesh is valid.
             Buffer<EdgeKind> kinds(before.kinds.begin(), before.kinds.end());
             if (round + 1 < rounds)
                 for (const EdgeId edge : edges) kinds[edge.index()] = EdgeKind::fixed;

@@ -81,7 +81,6 @@ bool has_tags(const CheckReport& report) {
     return !report.numbers.tags.simplices[report.mesh.judged_dimension()].empty();
 }
 
-/// Describes how elements and vertices are numbered.
 std::string numbering_of(const CheckReport& report) {
     const std::string elements = fmt::format("{} from 1, in the file's order", judged_of(report.mesh));
     const bool of_tags = !report.numbers.tags.vertices.empty();
@@ -125,7 +124,7 @@ std::string validity_rows(const CheckReport& r) {
                                                             *r.worst[0].quality, called_element(r.worst[0].number)));
 }
 
-/// A kind of defects, and the sentence for a mesh without them.
+/// A kind of mesh defect, and the sentence that is printed if the mesh has no such defect.
 struct ConcernText {
     std::string_view name, good;
 };
@@ -184,7 +183,7 @@ std::string number_of_others(std::size_t all, std::size_t shown) {
     return all > shown ? fmt::format("{:18}and {} more (--json)\n", "", grouped(all - shown)) : std::string();
 }
 
-/// Lists pairs that cross first, then pairs that may cross.
+/// Lists pairs of facets: first those that cross, then undecided ones, then those that touch.
 std::string crossing_rows(const CheckReport& report, std::size_t most) {
     const CrossingsReport& c = report.crossings;
     if (!c.looked_at || c.facets == 0) return {};
@@ -221,7 +220,8 @@ std::string overlap_rows(const CheckReport& report, std::size_t most) {
     return text + number_of_others(o.found.size(), most);
 }
 
-/// Point where an invalid element is proven invalid: exact digits or fractions.
+/// Barycentric coordinates of the point where the element is proven invalid, with all digits or as fractions. Other
+/// elements get three digits.
 std::string barycentric_text(const ElementReport& e) {
     const std::vector<double>& weights = e.witness->barycentric;
     if (e.verdict != Verdict::invalid) return fmt::format("({:.3g})", fmt::join(weights, ", "));
@@ -231,14 +231,13 @@ std::string barycentric_text(const ElementReport& e) {
     return fmt::format("({:.60g}{})", fmt::join(weights, divisor + ", "), divisor);
 }
 
-/// Starts a new line after each semicolon.
 std::string break_lines(std::string text, std::size_t indent) {
     for (std::size_t at = text.find("; "); at != std::string::npos; at = text.find("; ", at))
         text.replace(at, 2, ",\n" + std::string(indent, ' '));
     return text;
 }
 
-/// Explained in the table, since other programs use this name for Knupp's measure by edge lengths.
+/// The table explains the name, because other programs use it for Knupp's measure by edge lengths.
 constexpr std::string_view scaled_jacobian_words =
     "\n  (scaled J, the scaled Jacobian: minimum of det J, relative to the straight element)";
 

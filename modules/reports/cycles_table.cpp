@@ -25,9 +25,8 @@ namespace camber::run {
 
 namespace {
 
-constexpr double seconds_of_work = 3.3e-5;  ///< of one thread per unit of RepairOptions::effort
+constexpr double seconds_of_work = 3.3e-5;  ///< time that one thread needs for a unit of RepairOptions::effort
 
-/// Time limit of a repair stage; empty for stages that do not repair by optimisation.
 std::string repair_limit(const config::Stage& stage, int threads) {
     const auto* relax = std::get_if<config::Relax>(&stage);
     if (!relax || !needs_models(relax->method)) return {};
@@ -43,7 +42,7 @@ bool has_element_target(const config::Stage& stage) {
         []<class S>(const S&) { return std::is_same_v<S, config::Remesh> || std::is_same_v<S, config::Split>; }, stage);
 }
 
-/// Removes the bound from a stage's line if a previous stage has the same one.
+/// Removes the option `min_scaled_jacobian` from a stage's line if an earlier stage has the same value.
 std::string without_said(const std::string& stage, std::set<std::string, std::less<>>& said) {
     constexpr std::string_view bound = " min_scaled_jacobian=";
     const auto begin = stage.find(bound);
@@ -53,14 +52,15 @@ std::string without_said(const std::string& stage, std::set<std::string, std::le
     return stage.substr(0, begin) + stage.substr(end);
 }
 
-/// Size for the time estimate: the expected result of the passes if it is larger.
+/// Returns the size for the time estimate. Its number of edges is increased if the passes are expected to refine the
+/// mesh.
 PlanSize with_growth(PlanSize size, const std::optional<Growth>& growth) {
     const double edges_of_an_element = size.dimension == 2 ? 1.5 : 1.2;
     if (growth) size.edges = std::max(size.edges, static_cast<std::size_t>(edges_of_an_element * growth->elements));
     return size;
 }
 
-/// Fraction of the repair work that a probe may do.
+/// Fraction of the repair work that a probe (a short run that predicts the time) may do.
 constexpr double probed_share = 0.02;
 
 config::Relax* repair_by_optimisation(config::Stage& stage) {
@@ -87,7 +87,7 @@ std::string time_class(const PlanSize& size, int threads) {
 }  // namespace
 
 std::optional<config::Pipeline> probe_of(const config::Pipeline& pipeline, const PlanSize& size, int threads) {
-    constexpr double most_edges = 2e5;  // per thread; they take seconds
+    constexpr double most_edges = 2e5;  // number of edges per thread above which even a probe takes too long
     if (static_cast<double>(size.edges) > most_edges * threads) return std::nullopt;
     config::Pipeline probe = pipeline;
     probe.output = {};
@@ -143,7 +143,6 @@ std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& par
 
 namespace {
 
-/// Returns "-" if there is no value.
 std::string cell(bool there, std::string text) { return there ? std::move(text) : "-"; }
 std::string percent(double share) { return fmt::format("{:.1f}", 100 * share); }
 std::string error_cells(const std::optional<CycleError>& error) {
@@ -158,7 +157,6 @@ std::string distance_cell(const BoundaryDistance& boundary) {
     return fmt::format("{:.2e}, {:.2e}", boundary.reached, boundary.bound);
 }
 
-/// Reads the items of the list with this key.
 template <class Read>
 auto read_list(const std::string& text, const char* key, const Read& read, Error not_one)
     -> Outcome<std::vector<std::invoke_result_t<Read, const Json&>>> {
@@ -172,7 +170,8 @@ auto read_list(const std::string& text, const char* key, const Read& read, Error
     }
 }
 
-/// False if the exact solution is known. The table then shows the error of its interpolant.
+/// True if the table has a column for the expected error. It has none if the exact solution is known and no solver
+/// runs.
 bool shows_expected(const config::Adaptation& adapt) { return adapt.exact.empty() || !adapt.solve.empty(); }
 
 }  // namespace

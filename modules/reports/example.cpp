@@ -12,7 +12,6 @@ import camber.reports;
 
 using namespace camber;
 
-/// Returns a square of two triangles of degree 2.
 static Outcome<Mesh<2>> square(const Execution& execution) {
     LinearMesh<2> mesh;
     mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{1, 1}}, {{0, 1}}};

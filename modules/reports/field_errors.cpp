@@ -21,7 +21,6 @@ std::string norm_text(const ErrorNorm& norm) {
     return norm.value <= 4 * norm.rounding ? "0 to rounding" : fmt::format("{:.4g}", norm.value);
 }
 
-/// Width of the longest mesh name.
 int name_width(const InterpolationError& e) { return e.compared_with == Comparison::straight ? 28 : 46; }
 
 std::string row(const InterpolationError& e, std::string_view name, std::string_view l2, std::string_view h1) {
@@ -51,7 +50,6 @@ double largest_uncertainty(const InterpolationError& e, ErrorNorm InterpolantErr
     return largest;
 }
 
-/// Rows of the meshes with their errors, and the ratio of the last two.
 std::string rows_of_meshes(const InterpolationError& e, int degree) {
     const bool walls_are_curved = e.compared_with == Comparison::same_boundary;
     std::string text = norms_row(e, "degree 1", e.linear) + norms_row(e, "degree 2, straight edges", e.straight);
@@ -66,7 +64,6 @@ std::string rows_of_meshes(const InterpolationError& e, int degree) {
     return text + (same ? "   (no inner edge is curved)\n" : "   (above 1: curved inner edges reduce the error)\n");
 }
 
-/// Remarks on the compared meshes if the boundary is curved.
 std::string remarks_on_comparison(const InterpolationError& e, int dimension) {
     if (e.compared_with == Comparison::straight) return {};
     std::string text = fmt::format(

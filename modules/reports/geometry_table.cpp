@@ -46,7 +46,7 @@ std::string mesh_rows(const GeometryReport& r) {
     return text;
 }
 
-/// `hinge`: "edge" or "vertex".
+/// `hinge`: the word for an item, "edge" or "vertex".
 std::string hinge_rows(const HingesReport& hinges, const std::string& name, std::string_view hinge) {
     if (hinges.count == 0) return {};
     std::string text = table_row(name, hinges.count);
@@ -55,7 +55,6 @@ std::string hinge_rows(const HingesReport& hinges, const std::string& name, std:
     return text;
 }
 
-/// Sorts the items by decreasing size.
 template <class Item>
 std::vector<const Item*> by_size(const std::vector<Item>& items, auto&& size) {
     std::vector<const Item*> order;
@@ -65,7 +64,6 @@ std::vector<const Item*> by_size(const std::vector<Item>& items, auto&& size) {
     return order;
 }
 
-/// Rows of the first `most` items, and the number of the others.
 std::string rows_of_first(const auto& items, std::size_t most, auto&& row) {
     std::string text;
     for (std::size_t i = 0; i < std::min(most, items.size()); ++i) text += row(*items[i]);
@@ -120,7 +118,8 @@ std::string distance_part(const GeometryReport& r) {
            distance_rows(*r.distances) + (r.worst == 0 ? std::string() : entity_rows(*r.distances, r.worst));
 }
 
-/// Largest and mean distance in one direction, with the worst entity.
+/// Largest and mean distance, and the entity with the largest one, either from the mesh to the geometry or from the
+/// geometry to the mesh. `way`: the member for this direction.
 std::string one_way_text(const DistancesReport& report, const OneWayReport& all, OneWayReport EntityReport::* way) {
     if (all.samples == 0) return "not measured: it has no surface";
     std::string text = fmt::format("largest {:.4g}, mean {:.4g}", all.largest, all.mean);
@@ -177,14 +176,13 @@ std::string counts_text(std::string_view key, const ReferenceCounts& counts, con
     return text;
 }
 
-/// One row for each item, the first with the key.
+/// Writes one row for each item. Only the first row shows the key.
 std::string rows_of_list(std::string_view key, const auto& items, auto&& text_of_item) {
     std::string text;
     for (const auto& item : items) text += short_row(text.empty() ? key : "", text_of_item(item));
     return text;
 }
 
-/// Row of a value; empty for 0, false and empty values.
 std::string row_of(std::string_view key, const Json& value) {
     if ((value.is_number() && value == 0) || (value.is_structured() && value.empty()) || value == false) return {};
     return short_row(

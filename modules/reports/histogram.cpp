@@ -35,7 +35,6 @@ std::string bar(double filled, std::size_t width) {
     return text + std::string(width - letters, ' ');
 }
 
-/// Range of values of the bins [first, last).
 std::string range(const Histogram& h, std::size_t first, std::size_t last) {
     const auto limit = [&](std::size_t i) { return fmt::format("{:.4g}", h.limits[i]); };
     if (first == 0) return "below " + limit(last - 1);
@@ -47,7 +46,8 @@ bool is_empty(const Histogram& h, std::size_t bin) {
     return std::all_of(h.series.begin(), h.series.end(), [&](const Series& s) { return s.counts[bin] == 0; });
 }
 
-/// End of the row that starts at this bin. Consecutive empty bins on one side of zero share a row.
+/// Returns the end of the range of bins that share the row of this bin. Consecutive empty bins on one side of zero
+/// share a row.
 std::size_t row_end(const Histogram& h, std::size_t bin, std::size_t last) {
     if (!is_empty(h, bin)) return bin + 1;
     do ++bin;
@@ -125,10 +125,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Keys that do not name series: the limits, and numbers by series name.
+/// Keys of a histogram that are not the name of a series: "edges" has the limits of the bins, and the others have a
+/// number for each series.
 constexpr std::array<std::string_view, 5> reserved{"edges", "mean", "min", "max", "not_a_number"};
 
-/// Number of the series in the object with this key; none: missing.
 template <class T>
 std::optional<T> number_of(const Json& json, const char* key, const std::string& series) {
     if (!json.contains(key) || !json.at(key).contains(series)) return {};
@@ -262,13 +262,12 @@ struct Axes {
     const Histogram& h;
     double panel_width, origin_y;
     std::size_t first, last;  ///< bins shown: [first, last)
-    double most;              ///< largest count of the axis
+    double most;              ///< count at the top of the vertical axis
 
     [[nodiscard]] double plot_height() const { return height - top - bottom; }
     [[nodiscard]] double bin_width() const { return panel_width / static_cast<double>(last - first); }
     [[nodiscard]] double x_of_bin(double b) const { return (b - static_cast<double>(first)) * bin_width(); }
     [[nodiscard]] double y_of(double count) const { return origin_y + plot_height() * (1 - count / most); }
-    /// Horizontal position of a value; none outside the limits.
     [[nodiscard]] std::optional<double> x_of(double value) const {
         const auto above = std::upper_bound(h.limits.begin(), h.limits.end(), value) - h.limits.begin();
         if (above <= 0 || static_cast<std::size_t>(above) >= h.limits.size()) return {};
@@ -296,7 +295,7 @@ std::string line(double x1, double y1, double x2, double y2, std::string_view st
     return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" {}/>\n", x1, y1, x2, y2, style);
 }
 
-/// 1, 2 or 5 times a power of ten, so that about four steps fit below `most`.
+/// Returns 1, 2 or 5 times a power of ten, such that about four steps of this size cover the range from 0 to `most`.
 double nice_step(double most) {
     const double raw = std::max(most / 4, 1.0), power = pow(10, std::floor(log10(raw)));
     for (const double factor : {1.0, 2.0, 5.0})

@@ -24,7 +24,6 @@ inline constexpr bool is_list<std::vector<T>> = true;
 template <class S>
 void add_fields(Json& object, const S& report, Reported of);
 
-/// Returns the histograms by their keys.
 [[nodiscard]] Json json_of_histograms(const std::vector<Histogram>& histograms);
 
 /// Converts a struct with fields to an object. Lists of named values and numbered lists become objects with these keys,

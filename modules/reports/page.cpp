@@ -56,7 +56,6 @@ std::string tiles(const CheckReport& report) {
                                 : text + tile("smallest quality", fmt::format("{:.4g}", *report.worst[0].quality));
 }
 
-/// One button per element.
 std::string worst_section(const CheckReport& report) {
     if (report.worst.empty()) return {};
     std::string text = fmt::format("<section>\n<h2>The worst {}</h2>\n<ol class=\"worst\">\n", report.worst.size());
@@ -84,7 +83,6 @@ std::string distance_cells(const OneWayReport& way) {
     return fmt::format("<td>{:.4g}</td><td>{:.4g}</td>", way.largest, way.mean);
 }
 
-/// Table of distances from the geometry, with one row per face or edge.
 std::string distance_section(const std::optional<DistancesReport>& distances) {
     constexpr std::size_t most = 100;
     if (!distances || distances->entities.empty()) return {};
@@ -104,7 +102,6 @@ std::string distance_section(const std::optional<DistancesReport>& distances) {
 
 using Placeholders = std::vector<std::pair<std::string_view, std::string>>;
 
-/// Replaces each placeholder of the frame by its text.
 std::string filled(std::string_view frame, const Placeholders& placeholders) {
     std::size_t size = frame.size();
     for (const auto& [name, text] : placeholders) size += 3 * text.size();
@@ -159,7 +156,6 @@ std::vector<double> three(const Vec<D>& v) {
     return out;
 }
 
-/// Note on the inner faces that a cut shows.
 std::string note_of_cut(const InnerFaces& inner) {
     if (inner.faces.size() == inner.all)
         return "Whole elements are cut: those with a centroid beyond the plane are "
@@ -207,7 +203,7 @@ std::string page_json(const PageMesh<D>& page, const std::vector<PageQuantity>& 
     std::string safe;
     for (const char c : text)
         if (c == '<')
-            safe += "\\u003c";  // cannot end the script element
+            safe += "\\u003c";  // so that no text can end the script element
         else
             safe += c;
     return safe;
@@ -347,7 +343,6 @@ namespace {
 /// Sorted objects find keys fast, even in files with many keys.
 using SortedJson = nlohmann::json;
 
-/// Value at a path of a report; null: missing.
 SortedJson value_at(const SortedJson& report, const char* path) {
     const SortedJson::json_pointer pointer(path);
     return report.is_object() && report.contains(pointer) ? report[pointer] : SortedJson();

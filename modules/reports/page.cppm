@@ -42,7 +42,8 @@ struct PageSource {
     /// Fields on the mesh. Vectors are shown by their length, symmetric tensors by their anisotropy as metrics.
     std::vector<NamedField> fields = {};
     std::vector<Histogram> histograms = {};
-    std::optional<DistancesReport> distances = {};  ///< from the geometry, by face and edge; none: unknown
+    std::optional<DistancesReport> distances = {};  ///< distances of the faces and edges from the geometry; none:
+                                                    ///< unknown
     std::string title, version;
     std::string numbers;  ///< lines for a terminal
     std::string command;  ///< command that the page documents
@@ -65,7 +66,6 @@ struct PageSource {
 /// and encoded as base64. Format: docs/page.md.
 namespace camber::run {
 
-/// An array before compression.
 struct PageArray {
     std::string name;
     std::vector<std::uint8_t> bytes;
@@ -78,7 +78,8 @@ struct PageArray {
 [[nodiscard]] PageArray array_of_rounded(std::string name, std::span<const float> numbers);
 [[nodiscard]] PageArray array_of_floats(std::string name, std::span<const float> numbers);
 
-/// Encodes ids that are numbered by first use, as differences to the next new id, which are mostly small.
+/// Encodes ids that are numbered by first use. An id becomes its distance below the next new id, which is usually small
+/// and compresses well.
 [[nodiscard]] PageArray array_of_ids(std::string name, std::span<const std::uint32_t> ids);
 
 /// Returns one element <script id="camber-NAME"> per array. Runs in parallel. Errors: memory, stopped.
@@ -119,7 +120,8 @@ struct PageWorst {
     std::size_t first = 0, count = 0;
     std::array<double, 3> centre{};
     double radius = 0;
-    std::vector<double> point = {};  ///< minimum of det J; empty: unknown
+    std::vector<double> point = {};  ///< position of the minimum of det J, relative to `PageMesh::centre`; empty:
+                                     ///< unknown
 };
 
 /// Faces with their nodes and elements, renumbered by first use.
@@ -127,18 +129,19 @@ template <int D>
 struct PageMesh {
     const Mesh<D>* mesh = nullptr;
     int degree = 2;
-    Box<D> box = {};     ///< of the vertices
-    Vec<D> centre = {};  ///< origin of the node positions
-    double radius = 0;   ///< of the nodes around the centre
+    Box<D> box = {};     ///< bounding box of the vertices
+    Vec<D> centre = {};  ///< node positions are relative to this point
+    double radius = 0;   ///< radius of a ball around `centre` that contains the nodes
     std::vector<Face> outer = {};
     InnerFaces inner = {};
     std::vector<PageWorst> worst = {};
     std::size_t worst_faces = 0;
-    std::vector<std::uint32_t> face_nodes = {};  ///< three or six per face: outer, inner, worst
+    std::vector<std::uint32_t> face_nodes = {};  ///< three or six nodes per face: first of outer, then of inner, then
+                                                 ///< of worst faces
     std::vector<NodeNumber> nodes = {};          ///< mesh numbers of page nodes
-    std::vector<std::uint32_t> owners = {};      ///< elements: one per outer or worst face, two per inner face
-    std::vector<std::uint32_t> elements = {};    ///< mesh numbers of page elements
-    Column<CutKeys> keys = {};                   ///< of the mesh elements
+    std::vector<std::uint32_t> owners = {};  ///< elements at the faces: one per outer or worst face, two per inner face
+    std::vector<std::uint32_t> elements = {};  ///< mesh numbers of page elements
+    Column<CutKeys> keys = {};                 ///< cut keys of the mesh elements
 };
 template <int D>
 [[nodiscard]] Outcome<PageMesh<D>> page_mesh(const Mesh<D>& mesh, const CheckReport& report, const PageOptions& options,
@@ -157,8 +160,8 @@ struct PageQuantity {
     ValuesOn on = ValuesOn::elements;
     ValueScale scale = ValueScale::linear;
     bool good_is_high = false;
-    std::array<double, 2> range{};                                   ///< of the finite values
-    std::optional<std::array<double, 2>> whole = {};                 ///< usual range of all meshes
+    std::array<double, 2> range{};                                   ///< minimum and maximum of the finite values
+    std::optional<std::array<double, 2>> whole = {};                 ///< colour range that is the same for all meshes
     std::optional<double> bad = {};                                  ///< elements with at most this value are invalid
     std::vector<std::pair<Reference, std::string>> categories = {};  ///< references with names, if any
 };

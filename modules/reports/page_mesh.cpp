@@ -56,7 +56,8 @@ std::array<NodeNumber, 6> nodes_of_face(const Mesh<3>& mesh, std::size_t e, int 
 }
 
 constexpr std::uint32_t nothing = std::numeric_limits<std::uint32_t>::max();
-using Across = Buffer<std::array<std::uint32_t, 4>>;  ///< element behind each face, if any
+using Across = Buffer<std::array<std::uint32_t, 4>>;  ///< for each element and local face, the element on the other
+                                                      ///< side or `nothing`
 
 Outcome<Across> elements_across(const LinearMesh<3>& mesh, const Execution& execution) {
     const auto around = balls(mesh, part_of(execution, 0, 0.5));
@@ -73,7 +74,8 @@ Outcome<Across> elements_across(const LinearMesh<3>& mesh, const Execution& exec
     return across;
 }
 
-/// Calls visit(element, local face, element behind it) once for each inner face.
+/// Calls visit(element, local face, neighbour) once for each inner face. The neighbour is the element on the other side
+/// of the face.
 template <class Visit>
 void each_inner_face(const Across& across, Visit&& visit) {
     for (std::size_t e = 0; e < across.size(); ++e)
@@ -99,8 +101,9 @@ StepCounts uncovered_by_step(const Across& across, const Column<CutKeys>& keys) 
     return counts;
 }
 
-/// Selects steps of all axes while their faces fit the budget: the middle, the quarters, the eighths, …. Refinement of
-/// an axis stops when a level does not fit.
+/// Selects cut positions (steps) for all axes, as long as the inner faces that they uncover fit the budget. The first
+/// is the middle of an axis, then come the quarters, the eighths, and so on. Once an axis has a position, it gets no
+/// more after one that does not fit.
 std::array<std::vector<int>, 3> steps_within(const StepCounts& counts, std::size_t budget) {
     std::array<std::vector<int>, 3> steps;
     std::array<bool, 3> is_full{};
@@ -119,7 +122,6 @@ std::array<std::vector<int>, 3> steps_within(const StepCounts& counts, std::size
     return steps;
 }
 
-/// True if a cut at one of the steps uncovers the face.
 bool is_uncovered(const std::array<std::vector<int>, 3>& steps, const CutKeys& a, const CutKeys& b) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto [first, last] = std::minmax(a[axis], b[axis]);
@@ -129,7 +131,6 @@ bool is_uncovered(const std::array<std::vector<int>, 3>& steps, const CutKeys& a
     return false;
 }
 
-/// Interleaves the bits of three 10-bit numbers.
 std::uint32_t interleaved(const std::array<int, 3>& at) {
     std::uint32_t key = 0;
     for (int bit = 9; bit >= 0; --bit)
@@ -137,7 +138,6 @@ std::uint32_t interleaved(const std::array<int, 3>& at) {
     return key;
 }
 
-/// Keys of all elements, or of the facets of a standalone surface mesh.
 template <int D>
 Outcome<Column<CutKeys>> cut_keys(const LinearMesh<D>& mesh, const Box<D>& box, const Execution& execution) {
     const auto key = [&](const Vec<D>& c) {
@@ -156,7 +156,6 @@ Outcome<Column<CutKeys>> cut_keys(const LinearMesh<D>& mesh, const Box<D>& box, 
     return Column<CutKeys>(std::move(*keys));
 }
 
-/// All steps of the cut along each axis.
 std::array<std::vector<int>, 3> every_step() {
     std::array<std::vector<int>, 3> steps;
     for (auto& along : steps)
@@ -164,8 +163,9 @@ std::array<std::vector<int>, 3> every_step() {
     return steps;
 }
 
-/// Returns all inner faces if there are at most `budget`. Otherwise it returns those between elements of different
-/// references if they fit, and those of as many cut positions as fit: middles first, then quarters, and so on.
+/// Returns all inner faces if there are at most `budget`. Otherwise it returns the faces between elements of different
+/// references, if they fit. It then adds the faces that single cut positions uncover, as long as they fit; see
+/// `steps_within`.
 Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
                                 const Execution& execution) {
     return guarded([&]() -> Outcome<InnerFaces> {
@@ -191,7 +191,7 @@ Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys
     });
 }
 
-/// Faces of one element, or the triangle.
+/// Nodes of the faces of element e. A 2D element is its own only face.
 template <int D>
 std::vector<std::array<NodeNumber, 6>> faces_of_element(const Mesh<D>& mesh, std::size_t e) {
     const auto triangle = [&](const auto& cells, const auto& edges) {
@@ -230,7 +230,6 @@ std::vector<Face> along_curve(const Mesh<D>& mesh, const Column<Face>& faces, co
     return sorted;
 }
 
-/// Renumbering by first use.
 class Numbering {
   public:
     explicit Numbering(std::size_t items) : numbers_(items, unused) {}
@@ -276,7 +275,6 @@ PageWorst worst_of(const PageMesh<D>& page, const ElementReport& report,
     return worst;
 }
 
-/// Nodes and elements of faces, in page numbers.
 template <int D>
 class Numbered {
   public:
@@ -331,7 +329,7 @@ Vec<D> page_position(const PageMesh<D>& page, NodeNumber n) {
     const auto& [a, b] = mesh.entities.edges[n - vertices];
     const Vec<D> off = mesh.edge_nodes[n - vertices].point - 0.5 * (mesh.points[a] + mesh.points[b]);
     const double chord = distance(mesh.points[a], mesh.points[b]);
-    return norm(off) > 1e-7 * chord ? off : Vec<D>{};  // invisible rounding errors
+    return norm(off) > 1e-7 * chord ? off : Vec<D>{};  // smaller offsets are invisible rounding errors
 }
 
 template <int D>

@@ -67,7 +67,6 @@ std::vector<float> of_elements(const PageMesh<D>& page, auto&& value) {
     return values;
 }
 
-/// Components of a field at a node of the mesh.
 template <int D>
 std::vector<double> row_at(const PageMesh<D>& page, const NamedField& field, NodeNumber n) {
     const auto width = static_cast<std::size_t>(field.field.components);

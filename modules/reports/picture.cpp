@@ -70,7 +70,8 @@ FaceValues by_node(Column<float> values) {
     };
 }
 
-/// Colour range from 0 to 1, so that pictures are comparable, or from the minimum if that is negative.
+/// The colours range from 0 to 1, so that pictures of different meshes are comparable. If a value is negative, the
+/// range begins at the minimum.
 PictureValues of_goodness(Column<float> values, std::string title) {
     const double low = std::clamp(extent_of(values).low, -1.0, 0.0);
     return {by_element(std::move(values)), ColourRange{low, 1, Ramp::good_is_high}, std::move(title)};
@@ -83,7 +84,6 @@ Outcome<Column<float>> qualities(const QuadraticMesh<D>& mesh, const Execution& 
         .map([](auto result) { return Column<float>(std::move(result)); });
 }
 
-/// References of the facets or elements that the faces show.
 template <int D>
 PictureValues of_references(const QuadraticMesh<D>& mesh) {
     ColourKinds kinds;
@@ -118,7 +118,6 @@ Column<float> at_all_nodes(const QuadraticMesh<D>& mesh, const Column<double>& v
     return all;
 }
 
-/// Ratio of largest and smallest size at each vertex.
 template <int D>
 Outcome<PictureValues> of_anisotropy(const QuadraticMesh<D>& mesh, const MetricFile& file, const Execution& execution) {
     const auto metric = log_metrics_of_file<D>(file, mesh.linear.points.size(), execution);
@@ -140,7 +139,6 @@ Outcome<PictureValues> of_anisotropy(const QuadraticMesh<D>& mesh, const MetricF
                          "anisotropy"};
 }
 
-/// Values of scalars, lengths of fields with several components.
 template <int D>
 PictureValues of_solution(const QuadraticMesh<D>& mesh, const NamedField& field) {
     const auto components = static_cast<std::size_t>(field.field.components);
@@ -220,7 +218,6 @@ Cut<D> cut_in(const Cut<3>& cut) {
     return own;
 }
 
-/// Image of the centre of the reference element.
 template <int K, int D>
 Vec<3> middle_of(const QuadraticMesh<D>& mesh, const SimplexVertices<K>& vertices,
                  const std::array<EdgeId, edges_per_simplex<K>>& edges) {
@@ -238,7 +235,7 @@ Vec<3> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     return middle_of<D>(mesh, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e]);
 }
 
-/// Worst first.
+/// Returns the numbers of the `count` worst elements, the worst first.
 std::vector<std::uint32_t> worst_of(const Column<float>& goodness, std::size_t count) {
     std::vector<std::uint32_t> order(goodness.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -265,7 +262,6 @@ struct GroupReferences {
     References facets, elements;
 };
 
-/// Groups of a mesh that a picture can show or hide.
 template <int D>
 class PictureGroups {
   public:
@@ -274,9 +270,7 @@ class PictureGroups {
         if (D == 3 && !is_surface_) existing_.facets = distinct(mesh.facets.references);
     }
 
-    /// True if boundary facets have groups.
     [[nodiscard]] bool has_facets() const { return D == 3 && !is_surface_; }
-    /// Dimension of the groups of elements.
     [[nodiscard]] int dimension() const { return is_surface_ ? 2 : D; }
 
     /// References that a list of names and numbers selects. A number selects boundary facets, or elements if no facet
@@ -293,7 +287,6 @@ class PictureGroups {
         return found;
     }
 
-    /// Name of a group; empty: none.
     [[nodiscard]] std::string name_of(int dimension, Reference reference) const {
         std::string name;
         for (const Group& group : mesh_.groups)
@@ -344,13 +337,13 @@ class PictureGroups {
     GroupReferences existing_;
 };
 
-/// The faces of a picture.
 struct PictureFaces {
     Column<Face> faces;
     bool is_open = false;  ///< inner sides of the boundary can be visible
 };
 
-/// Returns 1 for references in `list`; the opposite if `is_included` is false.
+/// Marks with 1 the elements or facets inside the cut whose reference is in `list`; with `is_included` false, those
+/// whose reference is not in `list`.
 Column<std::uint8_t> with_references(const Column<Reference>& references, const References& list, bool is_included,
                                      const Column<std::uint8_t>& inside_cut) {
     Buffer<std::uint8_t> out(references.size());

@@ -39,8 +39,8 @@ struct PictureChoice {
     std::optional<Cut<3>> cut = {};          ///< for a 2D mesh, z of the normal is 0
     std::optional<Vec<3>> from = {};         ///< direction towards the viewer; none: oblique, towards the cut
     std::optional<PictureOptions::Zoom> zoom = {};
-    /// None: the solution, else the metric's anisotropy, if specified; else scaled Jacobians, or qualities for degree
-    /// 1.
+    /// If none: the solution if specified, else the metric's anisotropy if specified, else scaled Jacobians (degree 2)
+    /// or qualities (degree 1).
     std::optional<PictureColour> colour = {};
     Background background = Background::light;
     Edges edges = Edges::shown;

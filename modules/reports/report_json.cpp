@@ -27,7 +27,6 @@ namespace camber::run {
 
 namespace {
 
-/// Keys at the beginning of all reports.
 Json head(std::string_view version) {
     return {{"format", report_format}, {"program", {{"name", "camber"}, {"version", version}}}};
 }
@@ -64,7 +63,7 @@ std::string to_json(const Report& report) {
 
 std::string check_json_head(const CheckReport& report, std::string_view name, std::string_view version) {
     std::string text = text_of(json_of_file(report, name, version));
-    text.resize(text.size() - 2);  // "\n}"
+    text.resize(text.size() - 2);  // removes the last two characters, "\n}"
     return text;
 }
 
@@ -160,7 +159,8 @@ struct WithoutOptional<std::optional<T>> {
 template <class T>
 using Unwrapped = typename WithoutOptional<T>::type;
 
-/// Properties of an object of S. `other` describes values whose keys are names.
+/// JSON Schema of the object for a struct S. `named`: schemas of the keys that are known; `other`: schema of values
+/// whose keys are arbitrary names.
 struct Properties {
     Json named = Json::object(), other;
 };
@@ -216,7 +216,6 @@ Json schema_of() {
 
 Json described(std::string_view type, std::string_view meaning) { return {{"type", type}, {"description", meaning}}; }
 
-/// Properties at the beginning of all reports.
 Json head() {
     Json format = described("integer",
                             "number of the format version: it increases if a key is removed or changes its "
@@ -245,7 +244,6 @@ Json head_of_file() {
     return properties;
 }
 
-/// Schema of a report of S, with the properties `first` before its own.
 template <class S>
 Json schema_with(std::string_view title, Json first) {
     first.update(properties_of<S>().named);

@@ -70,7 +70,6 @@ std::string moves_row(const CadMovesReport& moves) {
                                  moves.largest));
 }
 
-/// Warnings of the summary: unexpected unit, damage, facets across ridges, vertices that did not reach the model.
 std::string cad_warning_rows(const CadReport& c) {
     return (c.is_in_file_unit ? std::string() : table_row("unit of the mesh", text_of_unit(c))) + damage_row(c) +
            across_row(c) + (c.moves && c.moves->constrained > 0 ? moves_row(*c.moves) : std::string());
@@ -106,7 +105,6 @@ std::string cad_rows(const CadReport& c) {
 
 namespace {
 
-/// Name of the distance, with its geometry.
 std::string name_distance(const Report& report) {
     const std::string_view geometry = report.boundary->geometry;
     const auto& cad = report.boundary->cad;
@@ -119,7 +117,6 @@ std::string name_distance(const Report& report) {
     return "distance from the geometry";
 }
 
-/// Number of checked elements: "1 141 tetrahedra".
 std::string count_of_judged(const MeshReport& m) {
     const bool is_one = m.judged() == 1;
     const std::string_view name = m.dimension == 2 || m.is_standalone_surface() ? (is_one ? "triangle" : "triangles")
@@ -149,8 +146,8 @@ std::string jacobian_row(const Report& report) {
     if (v.worst == 0) return {};
     const auto text_of = [](const ValidityReport& of) {
         const bool is_valid = of.invalid == 0 && of.undecided == 0;
-        // The smallest value has an error of 1e-3. If it is certified that no element is below the bound, the bound
-        // limits it.
+        // `smallest` is a lower bound with an error of up to 1e-3. If all elements are certified to be above `bound`,
+        // then `bound` may be the better lower bound.
         const double least = is_valid && of.below_bound == 0 ? std::max(of.smallest, of.bound) : of.smallest;
         return scaled_jacobian_text(least, is_valid);
     };
@@ -171,7 +168,6 @@ std::string distance_row(const Report& report) {
     return table_row(name_distance(report), text);
 }
 
-/// Nodes or vertices off the geometry; empty if none.
 std::string deviation_row(const char* name, const DeviationReport& d) {
     if (d.off == 0) return {};
     return table_row(name, fmt::format("{} of {}, by up to {:.4g} ({:.2g} of the edge)", grouped(d.off),
@@ -215,7 +211,6 @@ std::string overlaps_row(const OverlappingReport& o) {
                                  place_text(o.point)));
 }
 
-/// Nodes of the input's curved boundary that a repair moved.
 std::string input_boundary_row(const InputBoundaryReport& k) {
     if (k.moved_nodes == 0) return {};
     return table_row("boundary nodes moved by repair",
@@ -223,7 +218,6 @@ std::string input_boundary_row(const InputBoundaryReport& k) {
                                  k.largest_relative_shift));
 }
 
-/// Lengths and qualities in the metric, before and after the passes.
 std::string remesh_rows(const RemeshReport& r) {
     const auto share = [](const UnitMeshReport& u) {
         return u.edges == 0 ? 0.0 : 100 * static_cast<double>(u.unit_edges) / static_cast<double>(u.edges);
@@ -311,7 +305,8 @@ std::string rows_of_fields(const S& report, Reported of, std::size_t depth);
 /// Rows of one field. Lists of numbers show their first items, lists of structs one block per item.
 template <class T>
 std::string rows_of(std::string_view key, std::string_view unit, const T& value, Reported of, std::size_t depth) {
-    const bool is_plain = unit.empty() || unit == "1" || unit == "length";  // lengths have the unit of the mesh
+    const bool is_plain = unit.empty() || unit == "1" || unit == "length";  // no unit is printed for these: lengths
+                                                                            // have the unit of the mesh
     const std::string suffix = is_plain ? "" : " " + std::string(unit);
     if constexpr (Scalar<T>) {
         return row_at(depth, title_of(key), text_of(value) + suffix);
@@ -387,8 +382,7 @@ std::string summary(const Report& report) {
 
 std::string full_table(const Report& report) {
     const Reported of = report.mesh.is_standalone_surface() ? Reported::surface : Reported::volume;
-    const std::array<std::string_view, 3> beside{"notices", "misses", "stages"};  // printed elsewhere, as sentences and
-                                                                                  // as a table
+    const std::array<std::string_view, 3> beside{"notices", "misses", "stages"};  // other functions print these fields
     std::string text;
     each_shown_field(report, of, [&](const auto& field, const auto& value) {
         if (std::ranges::find(beside, field.key) == beside.end())

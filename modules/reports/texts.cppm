@@ -24,16 +24,16 @@ export namespace camber::run {
 /// Camber's histograms.
 [[nodiscard]] std::optional<std::vector<Histogram>> histograms_of_report(std::string_view json);
 
-/// Sorts the entities by decreasing distance.
 [[nodiscard]] std::vector<const EntityReport*> farthest_first(const DistancesReport& report);
-/// Two rows with the worst entity, and one row for each of the worst entities.
+/// `distance_rows` returns two rows, one for each direction, with the worst entity. `entity_rows` returns one row for
+/// each of the `most` worst entities.
 [[nodiscard]] std::string distance_rows(const DistancesReport& report);
 [[nodiscard]] std::string entity_rows(const DistancesReport& report, std::size_t most);
 
 /// Rows of the verbs `metric` and `transfer`.
 [[nodiscard]] std::string solution_metric_rows(const SolutionMetricReport& report);
 [[nodiscard]] std::string transfer_rows(const TransferReport& report);
-/// Row of a run's summary.
+/// Row of a run's summary about transferred fields.
 [[nodiscard]] std::string carried_rows(const TransferReport& report);
 
 /// One row of a terminal table.
@@ -57,8 +57,8 @@ export namespace camber::run {
 
 /// Writes report.json. Keys: docs/report.md.
 [[nodiscard]] std::string to_json(const Report& report);
-/// Objects of `camber check --json` and `camber geometry --json`. `name`: the mesh file; `version`: the program's. The
-/// object of a check has no closing brace, so that members can follow.
+/// JSON objects of `camber check --json` and `camber geometry --json`. `name`: name of the mesh file; `version`:
+/// version of the program. The object of a check has no closing brace, so that the caller can add members.
 [[nodiscard]] std::string check_json_head(const CheckReport& report, std::string_view name, std::string_view version);
 [[nodiscard]] std::string inspect_json(const GeometryReport& report, std::string_view name, std::string_view version);
 
@@ -91,13 +91,14 @@ struct ReportKey {
 /// Lines for a terminal. Meshes of degree 1 have no rows about curvature.
 [[nodiscard]] std::string field_table(const FieldErrors& field, const MeshReport& mesh);
 
-/// The pipeline with a small fraction of its repair work. Its run predicts the time of the whole. None: no stage
-/// repairs by optimisation, passes change the mesh, or even the probe would take long.
+/// Returns the pipeline with a small fraction of its repair work. A run of this probe predicts the time of the full
+/// run. Returns none if no stage repairs by optimisation, if passes change the mesh, or if even the probe would take
+/// long.
 [[nodiscard]] std::optional<config::Pipeline> probe_of(const config::Pipeline& pipeline, const PlanSize& size,
                                                        int threads);
 
-/// Expected time of a run (s). `seconds` and `probe`: time and report of its probe. A repair that used all its work in
-/// the probe is expected to use the full work.
+/// Expected time of a run (s). `seconds`, `probe`: time and report of the probe's run. If a repair used all its work in
+/// the probe, it is expected to use all its work in the full run too.
 [[nodiscard]] double expected_seconds(const config::Pipeline& pipeline, const Report& probe, double seconds,
                                       int threads);
 
@@ -113,8 +114,8 @@ struct PipelineTexts {
 [[nodiscard]] std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& parts, const PlanSize& size,
                                     const std::optional<Growth>& growth, std::optional<double> seconds, int threads);
 
-/// Table of cycles: for a terminal, whole or by line, and as JSON, written and read. Errors of reading: input, with the
-/// path.
+/// Functions for the table of cycles: its head and one line for a terminal, and the whole table written to and read
+/// from JSON. Errors of reading: input, with the path.
 [[nodiscard]] std::string cycles_head(const config::Adaptation& adapt);
 [[nodiscard]] std::string cycles_line(const CycleRow& row, const config::Adaptation& adapt);
 [[nodiscard]] std::string cycles_json(std::span<const CycleRow> rows);

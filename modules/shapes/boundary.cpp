@@ -92,12 +92,12 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const Face
         for (int opposite = 0; opposite <= D; ++opposite) {
             const ElementId other = (*adjacent)[e][opposite];
             if (other.valid() && material[other] <= material[e])
-                continue;  // an interior face, or a facet that is added for the other element
+                continue;  // not a facet between materials, or a facet that is added for the element `other`
             SimplexVertices<D - 1> facet;
             const auto local = face_opposite<D>(opposite);
             for (int i = 0; i < D; ++i) facet[i] = mesh.elements.vertices[e][local[i]];
-            // A face with an unmarked vertex is no facet. Its neighbour is missing only because this mesh is a part of
-            // the whole.
+            // A face with an unmarked vertex is no facet. It has no neighbour here only because this mesh is a part of
+            // a larger one.
             if (std::any_of(facet.begin(), facet.end(), [&](VertexId v) { return part->marked[v.index()] == 0; }))
                 continue;
             vertices.push_back(facet);

@@ -380,8 +380,9 @@ double prisms(const ShellOptions<D>& o) {
     return D * facets * (counts.rows + o.inner_layer.count + o.outer_layer.count);
 }
 
-/// Estimated number of elements for points on spheres that are one simplex height apart. 2D (Euler): two triangles per
-/// inner point, one per boundary point. 3D: ratios measured on shells with 10^3 to 1.5·10^5 elements.
+/// Estimates the number of elements if the points are on concentric spheres, whose distance is the height of a regular
+/// simplex. 2D: two triangles per inner point, one per boundary point (Euler's formula). 3D: ratios measured on shells
+/// with 10^3 to 1.5·10^5 elements.
 template <int D>
 double unstructured(const ShellOptions<D>& o) {
     constexpr double an_inner_point = D == 2 ? 2 : 6.2, a_wall_point = D == 2 ? 1 : 3.1;
@@ -453,7 +454,7 @@ ShellOptions<D> with_elements(ShellOptions<D> options, double count) {
         o.outer_size *= exp(log_factor);
         return o;
     };
-    double fine = -40, coarse = 40;  // bounds of the logarithm of the factor for both sizes
+    double fine = -40, coarse = 40;  // bisection: the logarithm of the factor for both sizes is between these bounds
     for (int step = 0; step < 60; ++step) {
         const double middle = (fine + coarse) / 2;
         (expected_elements(scaled(middle)) > count ? fine : coarse) = middle;

@@ -43,7 +43,6 @@ struct BoundaryLayer {
     return distances;
 }
 
-/// Total height of the layers (model units).
 [[nodiscard]] inline double thickness(const BoundaryLayer& layer) {
     return layer.count > 0 ? layer_distances(layer).back() : 0.0;
 }
@@ -170,7 +169,6 @@ struct BumpOptions {
     friend bool operator==(const BumpOptions&, const BumpOptions&) = default;
 };
 
-/// Returns b(x); see BumpOptions.
 [[nodiscard]] double floor_height(const BumpOptions& options, double x);
 
 /// Errors: usage (incompatible sizes); stopped.
@@ -279,8 +277,8 @@ template <int D>
 [[nodiscard]] Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise,
                                                       const Execution& execution);
 
-/// Numbers of prisms for the edge length `inner_size`: parts of an icosphere edge (2D: of a fifth of the circle), and
-/// rows.
+/// Numbers of prisms for the edge length `inner_size`. `cuts`: number of parts into which an icosphere edge (2D: a
+/// fifth of the circle) is divided; `rows`: number of rows.
 struct PrismCounts {
     double cuts, rows;
 };

@@ -82,8 +82,8 @@ T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squar
            squares[3] * minor(0, 1, 2);
 }
 
-/// Same for the circumsphere of a tetrahedron. Doubles are used if their sign is certain, else exact integers. These
-/// are at most 24 · 2^(69 + 47.6) < 2^122.
+/// Returns 1, 0 or −1 if p is inside, on or outside the circumsphere of a positively oriented tetrahedron. Doubles are
+/// used if their sign is certain, else exact integers. These are at most 24 · 2^(69 + 47.6) < 2^122.
 int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p) {
     std::array<std::array<double, 3>, 4> d{};
     std::array<double, 4> squares{};
@@ -211,8 +211,8 @@ class Triangulation {
         if (orientation(corners(first)) < 0) std::swap(first[0], first[1]);
         cells_.push_back({first});
         for (int i = 0; i <= D; ++i) {
-            // The ghost is on the other side of face i, so its orientation is the opposite one: two vertices are
-            // swapped.
+            // The ghost cell is on the other side of face i, so its vertices need the opposite orientation: two of them
+            // are swapped.
             Cell ghost{first};
             ghost.vertices[i] = infinity_;
             std::swap(ghost.vertices[(i + 1) % (D + 1)], ghost.vertices[(i + 2) % (D + 1)]);
@@ -482,8 +482,8 @@ class IcosphereBuilder {
     std::size_t side_;
     std::vector<Vec<3>> corners_;
     std::array<VertexId, 12> at_corners_;
-    std::vector<std::vector<VertexId>> on_edges_;  ///< row: lower corner × 12 + higher corner of the edge; column:
-                                                   ///< weight of the lower corner
+    std::vector<std::vector<VertexId>> on_edges_;  ///< points on the icosahedron's edges; row: 12 × lower corner +
+                                                   ///< higher corner; column: weight of the lower corner
     std::vector<VertexId> inside_;
     UnitSphere<3> sphere_;
 };
@@ -517,7 +517,8 @@ template <>
 UnitSphere<2> icosphere<2>(int n) {
     UnitSphere<2> sphere{circle(5 * static_cast<std::size_t>(n), 0), {}};
     const std::size_t count = sphere.points.size();
-    // Edges run clockwise. So an edge and the outward direction are positively oriented, as in 3D.
+    // In 2D, facets are edges. They run clockwise, so that an edge and the outward direction are positively oriented,
+    // as in 3D.
     for (std::size_t i = 0; i < count; ++i) sphere.facets.push_back({VertexId((i + 1) % count), VertexId(i)});
     return sphere;
 }

@@ -58,7 +58,7 @@ using ElementRuns =
     std::function<Outcome<Done>(std::span<const std::uint8_t> just_moved,
                                 const std::function<Outcome<Done>(std::span<const SimplexVertices<D>>)>& look)>;
 
-/// Same, for elements that are not all in memory.
+/// Moves points as the function above does, for elements that are not all in memory.
 template <int D>
 [[nodiscard]] Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const ElementRuns<D>& runs,
                                         double least, const Execution& execution = {});
@@ -140,7 +140,7 @@ template <int D>
                                                   const MayHaveFacets& may_have_facets = {},
                                                   const Execution& execution = {});
 
-/// Same for a mesh whose elements all have material 1.
+/// Completes a mesh whose elements all have material 1.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
                                                   const FacetReference<D>& facet_reference,

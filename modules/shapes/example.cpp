@@ -14,7 +14,6 @@ static double volume(const LinearMesh<3>& mesh) {
     return sum;
 }
 
-/// Maximum distance of boundary vertices from their sphere.
 static double worst_distance(const LinearMesh<3>& mesh, const ShellOptions<3>& options) {
     double worst = 0;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {

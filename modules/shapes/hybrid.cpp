@@ -128,7 +128,7 @@ std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>&
     return vertices;
 }
 
-/// Vertices of a cell, in the order of the element shape.
+/// Vertices of cell (i, j) of a lattice, in the order of the nodes of a quadrilateral.
 std::array<VertexId, 4> square(const std::vector<VertexId>& v, const std::array<int, 2>& cells, std::size_t i,
                                std::size_t j) {
     const std::size_t columns = cells[0] + std::size_t{1};

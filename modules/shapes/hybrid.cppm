@@ -8,12 +8,12 @@ import :box;
 
 export namespace camber {
 
-/// Unit square of quadrilaterals, of which every third one is cut into two triangles. Facet references, except for
-/// surfaces and shells, are as in `BoxOptions`. Errors, also of the next three functions: usage (no cells, more than
-/// 1e8 vertices).
+/// Unit square of quadrilaterals, of which every third one is cut into two triangles. The meshes of this file have the
+/// facet references of `BoxOptions`, except surfaces and shells. Errors of this function and the next three: usage (no
+/// cells, more than 1e8 vertices).
 [[nodiscard]] Outcome<Mesh<2>> generate_plate(const std::array<int, 2>& cells);
 
-/// Same, as a standalone surface mesh at z = 0; all facets have reference 1.
+/// Returns the plate as a standalone surface mesh at z = 0. All facets have reference 1.
 [[nodiscard]] Outcome<Mesh<3>> generate_plate_in_space(const std::array<int, 2>& cells);
 
 /// Unit cube of hexahedra.

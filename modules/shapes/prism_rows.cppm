@@ -97,7 +97,8 @@ class BoxPlaces {
 template <int D>
 [[nodiscard]] Outcome<Done> check_shell(const ShellOptions<D>& options);
 
-/// Radii of the layers' sides from the core (not included) to the wall. `from_wall`: distances from the wall.
+/// Returns the radii of the layers' sides in order from the core to the wall, without the side at the core.
+/// `from_wall`: radii of the layers' outer sides in order from the wall; `wall`: radius of the wall.
 [[nodiscard]] inline std::vector<double> layer_radii(std::vector<double> from_wall, double wall) {
     if (from_wall.empty()) return from_wall;
     from_wall.pop_back();
@@ -204,8 +205,9 @@ struct PrismLevels {
     std::span<const PrismRow> rows;
 };
 
-/// Positions of the vertices of the levels `requested` after `move_points`, which also needs some levels around them.
-/// make_rows(levels): positions before the move; moved(v, point): target of vertex v.
+/// Returns the positions of the vertices of the levels `requested` after their random move. `move_points` needs some
+/// more levels on both sides, because neighbouring elements limit the moves. make_rows(levels): positions before the
+/// move; moved(v, point): target of vertex v.
 template <int D, class MakeRows, class MovedTo>
 [[nodiscard]] Outcome<MovedLevels<D>> moved_levels(const PrismLevels<D>& all, Levels requested, double least,
                                                    const MakeRows& make_rows, const MovedTo& moved,
@@ -243,9 +245,10 @@ template <int D, class MakeRows, class MovedTo>
     return levels;
 }
 
-/// Rows of prisms over one base. Vertex v of level l has the number l count + v, and elements are in the order of rows.
-/// Each row owns some levels of vertices: row k owns level k if k < `between`, else level k + 1, and row `between` − 1
-/// owns both.
+/// Rows of prisms over one base with `count` vertices. Vertex v of level l has the number l · count + v, and elements
+/// are in the order of rows. Each level of vertices belongs to one row:
+/// - Row k owns level k if k < `between`, else level k + 1.
+/// - Row `between` − 1 also owns level `between`.
 template <int D>
 class PrismRows : public ShapeRows<D> {
   public:
@@ -261,11 +264,11 @@ class PrismRows : public ShapeRows<D> {
     [[nodiscard]] std::span<const PrismRow> all_rows() const { return rows_; }
 
   private:
-    /// Points of the given levels, sorted by level. Precondition: `levels` are ascending.
+    /// Returns the points of the levels, in their order. Precondition: `levels` are ascending.
     [[nodiscard]] virtual Outcome<Buffer<Vec<D>>> points(std::span<const std::size_t> levels,
                                                          const Execution& execution) const = 0;
-    /// Reference of an element face if the face is a facet that this row owns, else none. Precondition: all vertices of
-    /// the face may have facets.
+    /// Returns the reference of an element's face if the face is a facet and this row owns it, else none. Precondition:
+    /// `may_have_facets` is true for all vertices of the face.
     [[nodiscard]] virtual std::optional<Reference> facet_reference(const PrismRow& row,
                                                                    const SimplexVertices<D - 1>& face) const = 0;
     [[nodiscard]] virtual bool may_have_facets(VertexId v) const = 0;

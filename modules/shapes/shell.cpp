@@ -263,8 +263,8 @@ Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
     return Done{};
 }
 
-/// Spreads points, then moves vertices of flat elements until none is flat or the iteration limit is reached. The
-/// result is the mesh with the best minimum quality.
+/// Spreads points, then moves vertices of flat elements until none is flat or the iteration limit is reached. Among the
+/// meshes of all these iterations, the result is the one with the highest minimum quality.
 template <int D>
 Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
     constexpr int spreads = 8, max_jitter_rounds = 30;
@@ -310,7 +310,8 @@ Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
         for (const VertexId v : facet)
             if (side == ShellSide::between || core.sides[v.index()] != side)
                 return fail(ErrorKind::usage, "the sizes are too coarse for the gap between the spheres");
-        // A facet and the outward direction are positively oriented; in 2D this is the clockwise order.
+        // Orders the vertices such that the facet and the outward direction are positively oriented. In 2D the edges
+        // then run clockwise.
         if ((side == ShellSide::inner) == (D == 3)) std::swap(facet[0], facet[1]);
         (side == ShellSide::inner ? core.inner : core.outer).push_back(facet);
     }
@@ -351,8 +352,7 @@ template <int D>
 PrismCounts prism_counts(const ShellSizes& sizes) {
     const double cuts = D == 2 ? 2 * std::numbers::pi * sizes.inner_radius / (5 * sizes.inner_size)
                                : 1.2046 * sizes.inner_radius / sizes.inner_size;
-    // All levels have the same number of triangles, so the size of triangles grows with the radius, and with it the
-    // height of a level.
+    // All levels have the same number of triangles, so triangles grow with the radius. Levels grow in proportion.
     const double ratio = 1 + 0.8 * sizes.inner_size / sizes.inner_radius;
     const double rows = log(sizes.outer_radius / sizes.inner_radius) / log(ratio);
     return {std::max(1.0, std::round(cuts)), std::max(1.0, std::round(rows))};

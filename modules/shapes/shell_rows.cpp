@@ -31,8 +31,6 @@ struct PointsOfLevels {
     }
 };
 
-/// Checks the elements of a row. `first`: number of the row's first element. Errors: usage (an element without positive
-/// volume); stopped.
 template <int D>
 Outcome<Done> check_volumes(const PointsOfLevels<D>& points, const PrismRow& row,
                             std::span<const SimplexVertices<D>> elements, std::size_t first,
@@ -181,8 +179,8 @@ class ShellPlanner {
         }
         add_walls(layer, core_, core_ - 1, first, last, options_.outer_reference);
     }
-    /// Adds the outer side of the layers, and the interface between core and layers if their materials differ.
-    /// `of_core`, `of_layer`: rows on both sides of the interface.
+    /// Adds the outer side of the layers (level `wall`). If layers and core have different materials, adds the
+    /// interface between them (level `level`). `of_core`, `of_layer`: the rows on the two sides of the interface.
     void add_walls(const BoundaryLayer& layer, std::size_t level, std::size_t of_core, std::size_t of_layer,
                    std::size_t wall, Reference reference) {
         constexpr Reference core = 1;
@@ -246,7 +244,7 @@ class ShellRows final : public PrismRows<D> {
         all.reserve(levels.size() * count());
         const auto begin_of_layers =
             static_cast<std::size_t>(std::ranges::lower_bound(levels, core_levels()) - levels.begin());
-        for (std::size_t k = 0; k < begin_of_layers;) {  // for each run of consecutive levels
+        for (std::size_t k = 0; k < begin_of_layers;) {  // iterates over runs of consecutive levels
             std::size_t end = k + 1;
             while (end < begin_of_layers && levels[end] == levels[end - 1] + 1) ++end;
             const auto some = core_points({levels[k], levels[end - 1] + 1}, execution);

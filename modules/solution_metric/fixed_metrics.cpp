@@ -187,7 +187,7 @@ class Fit {
                     if (w != v && std::find(ring_.begin(), ring_.end(), w) == ring_.end()) ring_.push_back(w);
     }
     void collect(VertexId v, Side side) {
-        constexpr std::size_t enough = 40;  // limits the rings around vertices with very many facets
+        constexpr std::size_t enough = 40;  // number of ring vertices after which no more are added
         ring_.clear();
         const std::uint32_t patch = patches_[side[0]];
         add_ring(side, v, patch);
@@ -306,8 +306,8 @@ LogMetric<D> metric_of(const Curved<D>& curved, const ChordOptions& options, dou
     return log_metric_of_sizes(sizes, axes);
 }
 
-/// `make_curved()` is called once per chunk of vertices. It returns a function that computes the curvatures of a side
-/// at a vertex.
+/// Computes the metrics of all sides (a side consists of the facets of one patch around a vertex). `make_curved()` is
+/// called once per chunk of vertices. It returns a function that computes the curvatures of a side.
 template <int D>
 Outcome<MetricsAtVertices<D>> metrics_of_sides(const Incidence<FacetId>& balls, const Column<std::uint32_t>& patches,
                                                const ChordOptions& options, double largest, const Execution& execution,

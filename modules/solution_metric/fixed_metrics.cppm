@@ -48,8 +48,8 @@ struct ReferenceSize {
     friend bool operator==(const ReferenceSize&, const ReferenceSize&) = default;
 };
 
-/// Returns isotropic metrics with the sizes requested for references; the smallest size at a vertex applies. Errors
-/// (usage): a size that is not a positive length; a reference without simplices.
+/// Returns isotropic metrics with the sizes requested for references. Vertices with several sizes get the smallest one.
+/// Errors (usage): a size that is not a positive length; a reference without simplices.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh,
                                                                std::span<const ReferenceSize> sizes);

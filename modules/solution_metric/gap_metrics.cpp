@@ -98,7 +98,8 @@ class Gaps {
   public:
     Gaps(const LinearMesh<D>& mesh, const Walls<D>& walls) : mesh_(mesh), walls_(walls) {}
 
-    /// Finds the rays from a side: one into each adjacent material, or two if both sides have the same material.
+    /// Finds the rays from the facets of one patch: one into each adjacent material, or one on either side if both
+    /// materials are the same.
     void find_rays(Side side, std::vector<Ray<D>>& rays) const {
         rays.clear();
         for (const FacetId f : side) {
@@ -120,7 +121,7 @@ class Gaps {
     }
 
     [[nodiscard]] std::optional<double> thickness(VertexId from, const Ray<D>& ray, Side side, double within) const {
-        constexpr double facing = 0.7;  // cos 45°
+        constexpr double facing = 0.7;  // about cos 45°
         if (!(norm_squared(ray.normal) > 0)) return std::nullopt;
         const double same_place = place_size(side);
         const auto tangents = tangents_of(ray.normal);
@@ -138,13 +139,13 @@ class Gaps {
   private:
     static constexpr double never = std::numeric_limits<double>::infinity();
 
-    /// True if the elements on the near side of the facet have the ray's material. They do not if the ray has left the
-    /// domain.
+    /// True if the elements on the ray's side of the facet have the material in which the ray starts. They do not if
+    /// the ray has left the domain.
     [[nodiscard]] bool is_visible_from_inside(std::size_t f, const Ray<D>& ray) const {
         return walls_.materials[f][dot(walls_.normals[f], ray.normal) > 0 ? 0 : 1] == ray.material;
     }
-    /// Points closer than this count as coincident. The two sides of a crack coincide; a ray from one side must not hit
-    /// the other at its start, and must hit the near side first at its end.
+    /// Distance below which points count as coincident. The facets on both sides of a crack coincide. A ray must not
+    /// hit the opposite one at its start, and must hit the near one first at its end.
     [[nodiscard]] double place_size(Side side) const {
         double longest = 0;
         for (const FacetId f : side) {
@@ -155,7 +156,7 @@ class Gaps {
     }
     [[nodiscard]] double passes(FacetId f, VertexId from, const Vec<D>& direction,
                                 const std::array<Vec<D>, D - 1>& tangents) const {
-        constexpr double along = 0.0175;  // 1°
+        constexpr double along = 0.0175;  // sine of 1°
         const auto& v = mesh_.facets.vertices[f];
         if (!(std::abs(dot(walls_.normals[f.index()], direction)) > along)) return never;
         if (std::ranges::find(v, from) != v.end()) return never;

@@ -33,9 +33,9 @@ template <int D>
     return row;
 }
 
-/// Evenly spread unit directions, one of each pair y and −y. The first n(n+1)/2 form the initial basis (2D: at angles
-/// of 60 degrees; 3D: axes of an icosahedron). Their matrices yyᵀ are independent and sum to a multiple of the
-/// identity.
+/// Evenly spread unit directions, one of each pair y and −y. The first n(n+1)/2 (n: dimension) form the initial basis
+/// of the linear program (2D: at angles of 60 degrees; 3D: axes of an icosahedron). Their matrices yyᵀ are independent
+/// and sum to a multiple of the identity.
 template <int D>
 struct Directions {
     static constexpr int packs = D == 2 ? 6 : 16;
@@ -196,8 +196,8 @@ export namespace camber {
 
 enum class CubicBound : std::uint8_t {
     optimal,   ///< determinant within 1 % of the minimum
-    diagonal,  ///< from the entries of T in the eigenvectors of T:T; 4 times faster, determinant mostly 1 to 1.5 times
-               ///< the minimum
+    diagonal,  ///< computed from the entries of the third derivatives T in the eigenvectors of T:T; 4 times faster,
+               ///< determinant mostly 1 to 1.5 times the minimum
 };
 [[nodiscard]] constexpr auto words(CubicBound) {
     return words_of(Word{CubicBound::optimal, "optimal"}, Word{CubicBound::diagonal, "diagonal"});
@@ -249,8 +249,8 @@ template <int D>
 template <int D>
 [[nodiscard]] inline LocalModel<D> floored(LocalModel<D> model, double max_anisotropy) {
     auto& values = model.logs.values.c;
-    constexpr double near = 0.1;  // eigenvalues up to 0.1 above the bound count as raised, since `CubicModels` may have
-                                  // raised them before
+    constexpr double near = 0.1;  // log-eigenvalues less than this above the bound count as raised, since `CubicModels`
+                                  // may have raised them before
     const double least = *std::max_element(values.begin(), values.end()) - 2 * log(max_anisotropy);
     for (double& x : values)
         if (!(x >= least + near)) {

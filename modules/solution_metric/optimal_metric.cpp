@@ -85,8 +85,7 @@ Outcome<double> log_of_sum(std::size_t n, const Execution& execution, const auto
     return sum->value();
 }
 
-/// First guess of −s for the scale s of `optimal_sizes`, without the bound `largest`. With weights w and the sum Σλ of
-/// a model's log-eigenvalues, log C = log Σ w exp(½ Σλ P/(P + n)) − n s/2.
+/// First guess of −s for the scale s of `optimal_sizes`, if no size reaches the bound `largest`.
 template <int D>
 Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, double log_target,
                             const Execution& execution, const auto& weight) {

@@ -22,8 +22,8 @@ struct ScaleFound {
 };
 
 /// Solves evaluate(t) = target for an increasing function, which returns an Outcome<double>. The secant method starts
-/// from `from`; bisection replaces steps that leave the bracket. `slope` is the function's slope while no size is at a
-/// bound. Errors: those of `evaluate`.
+/// from `from` with the estimated slope `slope`; bisection replaces steps that leave the bracket. Errors: those of
+/// `evaluate`.
 [[nodiscard]] Outcome<ScaleFound> search_scale(double from, double target, double slope, double tolerance,
                                                int most_evaluations, const auto& evaluate) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -241,8 +241,8 @@ struct SolutionMetric {
 ///  3. intersection with `fixed` (one metric per vertex, see `fixed_metric`; may be empty) and the bounds,
 ///  4. gradation.
 ///
-/// The scales s of all fields are shifted by the same −t until step 4 gives N. The secant method on logarithms
-/// determines t, starting from the t with which step 3 gives N. Errors: those of `optimal_metric` and
+/// The scales s of all fields are shifted by the same −t until step 4 gives the complexity N. The secant method on
+/// logarithms determines t, starting from the t with which step 3 gives N. Errors: those of `optimal_metric` and
 /// `apply_gradation`; models and metrics of another mesh; options out of range; no field (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<SolutionMetric<D>> make_solution_metric(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,

@@ -207,7 +207,6 @@ bool is_inside(const Vec<3>& p, const std::array<Vec<3>, 3>& s, double slack) {
     for (int i = 0; i < 3; ++i) {
         const Vec<3>&a = s[i], &b = s[(i + 1) % 3];
         if (distance(p, a) <= slack) return false;
-        // The height over this side is compared with the tolerance.
         if (dot(cross(b - a, p - a), normal) < -slack * area * distance(a, b)) return false;
     }
     return true;
@@ -217,10 +216,11 @@ template <int D>
 struct OpenFace {
     SimplexVertices<D - 1> vertices;
     std::size_t element = 0;
-    double slack = 0;  ///< tolerance for contact, far below the width of intended gaps
+    double slack = 0;  ///< tolerance for contact, far below the width of any intended gap
 };
 
-/// Scales coordinates by a power of two, so that the tolerance is about 1. This avoids overflow without rounding.
+/// True if p is inside the face within the face's tolerance. Coordinates are scaled by a power of two so that the
+/// tolerance is about 1, which avoids overflow without rounding.
 template <int D>
 bool is_inside(const LinearMesh<D>& mesh, const Vec<D>& p, const OpenFace<D>& face) {
     if (!(face.slack > 0)) return false;

@@ -33,7 +33,8 @@ Column<SimplexVertices<D - 1>> boundary_of(const LinearMesh<D>& mesh, const Exam
     return faces;
 }
 
-/// Defective edges from a vertex v to vertices with higher numbers. `first_end`: end of the first such edge.
+/// Number of defective edges from a vertex to vertices with higher numbers. `first_end`: the other end of the first
+/// such edge.
 struct DefectiveEdges {
     std::uint32_t count = 0;
     VertexId first_end;
@@ -43,8 +44,8 @@ struct DefectiveEdges {
     }
 };
 
-/// `crowded`: edges at a vertex with more than two boundary faces; `open`: with only one. `pinched`: the boundary faces
-/// at the vertex form several fans, and no edge is crowded.
+/// Defects at a vertex. `crowded`: edges with more than two boundary faces; `open`: edges with only one. `pinched`: the
+/// boundary faces at the vertex form several fans, and no edge is crowded.
 struct Link {
     DefectiveEdges crowded, open;
     bool pinched = false;
@@ -306,8 +307,9 @@ bool is_consistently_oriented(const SimplexVertices<D>& element, int opposite, c
     return inversions % 2 == 1;
 }
 
-/// Orients each connected piece consistently and with positive total volume. Returns 1 for an element to reverse. Such
-/// an orientation exists, because elements of dimension D in D dimensions form no Möbius strips.
+/// Determines the elements to reverse so that each connected piece is oriented consistently and has positive total
+/// volume; returns 1 for these. Such an orientation exists, because elements of dimension D in D dimensions form no
+/// Möbius strips.
 template <int D>
 Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x) {
     constexpr std::uint8_t unvisited = 2;
@@ -394,8 +396,8 @@ Hinge hinge_between(const SimplexVertices<D>& element, int i, int j) {
     return hinge;
 }
 
-/// Sorted list of the listed ridges, lower vertex first. In 2D: listed corners and ends of listed ridges. Other listed
-/// edges are smooth.
+/// Returns the sorted list of listed ridges, each with its lower vertex first. In 2D: listed corners, and ends of
+/// listed ridges. Other listed edges are smooth.
 template <int D>
 std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
     std::vector<Hinge> features;

@@ -36,7 +36,7 @@ Column<T> selected(const Column<T>& items, const Buffer<std::uint32_t>& numbers)
     return out;
 }
 
-/// Replaces old indices by new numbers. An item that was dropped gets the number of its twin.
+/// Replaces old indices by new numbers. A removed duplicate gets the number of the item that it repeats.
 Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std::uint32_t>& numbers,
                               const Buffer<std::uint32_t>& twins) {
     Buffer<std::uint32_t> out;
@@ -174,7 +174,6 @@ LinearMesh<D> mended(LinearMesh<D> mesh, const Examination<D>& x, const Plan<D>&
     return mesh;
 }
 
-/// The set of edges stays complete, because added facets are faces of elements.
 template <int D>
 EdgeSet<D> mended(EdgeSet<D> edges, const Examination<D>& x, const Plan<D>& work) {
     if (any(x.turned)) {

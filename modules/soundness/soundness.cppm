@@ -106,7 +106,7 @@ struct Soundness {
 /// - Without elements, the facets are checked as a surface.
 /// - Repeated elements and facets are not checked for other defects.
 /// - Quadratic elements count as reversed if their curved volume is negative. `validate` checks their validity.
-/// - Vertices are numbered first, then the nodes of edges.
+/// - Numbers in findings count vertices first, then the nodes of edges.
 ///
 /// Errors: unsupported (not simplices of degree 1 or 2), memory, stopped.
 template <int D>
@@ -170,7 +170,7 @@ template <int D>
 
 namespace camber {
 
-/// Special values of `neighbours`: no element, and several elements.
+/// Values of `neighbours` that are no element numbers: no element, and several elements.
 inline constexpr std::uint32_t no_element = 0xffffffffU;
 inline constexpr std::uint32_t several = 0xfffffffeU;
 
@@ -245,7 +245,7 @@ template <int D>
 }
 
 /// For each i in [0, n) with `counts(i)`, returns the first earlier item at the same position for which `meets(i,
-/// earlier)` is true, or `no_element`. The number of tests per position is limited, so that the time is linear.
+/// earlier)` is true, or `no_element`. For each i, a limited number of items is tested, so that the time is linear.
 template <class Point, class Counts, class Meets>
 [[nodiscard]] Outcome<Buffer<std::uint32_t>> coincident(std::size_t n, Point&& point, Counts&& counts, Meets&& meets,
                                                         const Execution& execution) {

@@ -56,7 +56,8 @@ Outcome<RepairGuide<D>> by_models(const JudgedProposal<D>& judged, const std::op
                                   const RepairOptions& options, const Execution& execution) {
     if (!needs_models(options.method)) return RepairGuide<D>{};
     if (judged.validation().all_valid() && !raises(options)) return RepairGuide<D>{};
-    if (is_standalone_surface(judged.mesh().linear)) return RepairGuide<D>{};  // uses the geometry instead
+    // Standalone surfaces are repaired with the geometry, not with models.
+    if (is_standalone_surface(judged.mesh().linear)) return RepairGuide<D>{};
     if (target) {
         const Column<LagrangeNode<D>> nodes = target->curved.proposal.mid_nodes;
         return RepairGuide<D>{target->shells, [nodes](EdgeId e) { return nodes[e]; },
@@ -99,8 +100,8 @@ Outcome<QuadraticMesh<D>> of_degree_2(const Mesh<D>& mesh, const Execution& exec
     return as_quadratic(mesh);
 }
 
-/// Finds overlaps in a mesh with known crossings. If `prepare` would turn elements or add facets, the prepared mesh is
-/// examined; its element numbers are the same.
+/// Finds overlaps in a mesh with known crossings. `prepare` may have to reverse elements or add facets. The prepared
+/// mesh is then examined; its element numbers are the same.
 template <int D>
 Outcome<Overlaps<D>> checked_overlaps(const CheckedWalls<D>& walls, bool is_listed, const Soundness& soundness,
                                       const Execution& execution) {
@@ -119,7 +120,7 @@ Outcome<Overlaps<D>> checked_overlaps(const CheckedWalls<D>& walls, bool is_list
     return find_overlaps(*mesh, *crossings, quiet);
 }
 
-/// Returns nothing for fatal defects, because all facets may be at one position.
+/// Returns nothing if the mesh has fatal defects, for example all facets at one position.
 template <int D>
 Outcome<std::optional<CheckedWalls<D>>> checked_walls(const QuadraticMesh<D>& mesh, const Soundness& soundness,
                                                       const Execution& execution) {

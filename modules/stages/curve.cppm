@@ -49,7 +49,7 @@ template <int D>
 /// Target positions of nodes. The references must outlive guides made from them.
 template <int D>
 struct TargetNodes {
-    const Curved<D>& curved;  ///< before any correction
+    const Curved<D>& curved;  ///< nodes before any correction
     const Incidence<ElementId>& shells;
     const Column<LagrangeNode<D>>& extended;  ///< see CurveInput
     CurvingAim aim;
@@ -64,7 +64,8 @@ template <int D>
                                                  const Boundary<D>* boundary, const RepairOptions& options,
                                                  const Execution& execution);
 
-/// Origin of nodes: straight from `elevate`, or curved by the input or by earlier passes.
+/// Origin of nodes. `elevation`: straight, by the function `elevate`. `input`: curved, in the input or by earlier
+/// passes.
 enum class NodesOf : std::uint8_t { elevation, input };
 
 /// Input of curving, one row per edge: target positions of boundary nodes, start positions of volume nodes.
@@ -77,9 +78,11 @@ struct CurveInput {
     /// Extended boundary displacement. It is computed for curved input too, so that curving again changes nothing.
     /// Empty if nothing is displaced or the field is on the straight mesh.
     Column<LagrangeNode<D>> extended = {};
-    std::optional<PlacementStatistics> placed = {};  ///< set if `base` was placed in the field instead of projected
+    std::optional<PlacementStatistics> placed = {};  ///< set if the metric field determined boundary nodes in `base`,
+                                                     ///< instead of projection
     std::size_t relaxed = 0;                         ///< shifts of nodes that were reduced to protect elements
-    std::size_t loss_limited = 0;                    ///< shifts that were more than halved, for smooth functions
+    std::size_t loss_limited = 0;                    ///< shifts that were more than halved because they would increase
+                                                     ///< the error of smooth functions
 };
 
 template <int D>
@@ -103,7 +106,8 @@ struct MeshGoal {
     std::vector<DistanceBound> distance_bounds = {};
 };
 
-/// Objective for volume nodes: an aim of `curve`, `shape`, or `solution_nodes`.
+/// Objective for volume nodes: an aim of `curve` (accuracy, energy, length), the element shape, or the error of a
+/// solution.
 enum class Objective : std::uint8_t { accuracy, energy, length, shape, solution };
 [[nodiscard]] constexpr auto words(Objective) {
     return words_of(Word{Objective::accuracy, "accuracy"}, Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
@@ -147,9 +151,9 @@ struct ProposeOptions : CurveOptions, PlacementOptions {
     return objective != Objective::shape && objective != Objective::solution;
 }
 
-/// Expected errors of a solution, with the nodes of the objective `shape` and with the nodes found. For one field:
-/// weight · L2 error in the user's unit. For several: root of Σ (weight · L2 error)², in units in which their ranges
-/// are about 1.
+/// Expected errors of a solution: `before` with the nodes of the objective `shape`, `after` with the nodes found. For
+/// one field, the error is weight · L2 error in the user's unit. For several fields, it is the root of Σ (weight · L2
+/// error)², in units in which the fields' ranges are about 1.
 struct ExpectedErrors {
     double before = 0, after = 0;
     int rounds = 0;
@@ -233,7 +237,7 @@ struct CurveMeshOptions {
     RepairOptions repair = {};
 };
 
-/// Elements are checked for the bound 0, because any program may have written the mesh.
+/// The default bound of the scaled Jacobian is 0, because any program may have written the mesh.
 struct MeshCheckOptions {
     double min_scaled_jacobian = 0;
     ExamineOptions examine = {};

@@ -213,8 +213,8 @@ Buffer<double> longest_edges(const QuadraticMesh<D>& mesh) {
     return longest;
 }
 
-/// True if the interpolation error |d^{k+1}u| h^{k+1}, relative to the range, is rounding everywhere. The metric would
-/// then be noise.
+/// True if the interpolation error is within rounding of the field's range everywhere; a metric would then be noise.
+/// The error is |d^{k+1}u| h^{k+1} for elements of degree k, longest edges h and a field u.
 template <int D>
 bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const FieldDerivatives<D>& field,
               const Column<double>& values, int degree) {
@@ -231,7 +231,8 @@ bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const Fie
     return true;
 }
 
-/// Derivatives are in the fields' own units; a single field has the user's unit.
+/// Weights for derivatives in units in which each field's range is about 1. A single field's weight refers to the
+/// user's unit and is converted.
 std::vector<double> weights_of(const ExpectedError& expected, std::span<const Column<double>> fields) {
     std::vector<double> weights = expected.weights;
     weights.resize(fields.size(), 1.0);
@@ -249,8 +250,9 @@ double range_of(std::span<const Column<double>> fields, std::span<const double> 
     return std::sqrt(sum);
 }
 
-/// At distance δ from the geometry, u is off by δ |∂u/∂n|. Inwards this extends over at most range/|∂u/∂n| or
-/// volume/area. So the squared L2 norm is at most δ² min(range ∫ |∂u/∂n|, volume/area ∫ (∂u/∂n)²).
+/// If the boundary is at distance δ from the geometry, the solution u has an error of about δ |∂u/∂n| there, with the
+/// normal derivative ∂u/∂n. With the range of u, this error extends into the domain by at most range/|∂u/∂n|, and by at
+/// most volume/area. So its squared L2 norm is at most δ² min(range ∫ |∂u/∂n|, volume/area ∫ (∂u/∂n)²).
 template <int D>
 Outcome<std::vector<DistanceBound>> bounds_by_error(const QuadraticMesh<D>& mesh, double l2, double range,
                                                     std::span<const NormalGradients> gradients,

@@ -52,7 +52,7 @@ struct MetricAtVertices {
     std::function<Outcome<Column<LogMetric<D>>>(const Column<LogMetric<D>>& natural, const Execution&)> make;
 };
 
-/// A field with its own mesh.
+/// A metric field with the mesh on which it is defined.
 template <int D>
 struct MetricField {
     std::function<Outcome<BackMesh<D>>(const Execution&)> make;
@@ -69,8 +69,8 @@ template <int D>
     return at_vertices != nullptr && at_vertices->of_natural ? MetricOrigin::natural : MetricOrigin::specified;
 }
 
-/// Returns the options for a metric. The mesh's own metric is noisy, so recovered gradients are used; its automatic
-/// kind is natural.
+/// Returns the accuracy options for a metric of this origin. The mesh's own metric is noisy: its gradients are
+/// recovered, and `MetricKind::automatic` becomes `natural`.
 [[nodiscard]] inline EdgeAccuracyOptions accuracy_for(MetricOrigin origin, const EdgeAccuracyOptions& requested) {
     EdgeAccuracyOptions options = requested;
     const bool is_natural = origin == MetricOrigin::natural;
@@ -102,7 +102,6 @@ template <int D>
         [](const Column<LogMetric<D>>& natural, const Execution&) -> Outcome<Column<LogMetric<D>>> { return natural; }};
 }
 
-/// One row per vertex.
 template <int D>
 [[nodiscard]] MetricSource<D> metric_at_vertices(Column<LogMetric<D>> log_metrics) {
     return MetricAtVertices<D>{
@@ -161,7 +160,8 @@ struct MetricOfSolutionOptions {
     std::vector<ReferenceSize> sizes = {};  ///< sizes prescribed for references
     GeometrySizes geometry = {};
     double ridge_angle = 40;      ///< angle of boundary breaks for `geometry` (degrees)
-    ExpectedError expected = {};  ///< on a mesh that follows the target metric, see `bounds`
+    ExpectedError expected = {};  ///< expected error on a mesh that follows the target metric; determines
+                                  ///< `MetricOfSolution::bounds`
 };
 
 template <int D>
@@ -175,10 +175,10 @@ struct MetricOfSolution {
     std::vector<DistanceBound> bounds = {};
 };
 
-/// Computes the metric, of the requested complexity, for the best interpolation of a solution in the norm, with
-/// elements of degree norm.degree.
+/// Computes the metric, of the requested complexity, that minimises the interpolation error of a solution in the norm
+/// `options.norm`, for elements of degree norm.degree.
 ///
-/// Fields have equal shares, and values at the vertices (degree 1) or all nodes (degree 2, required for third
+/// Several fields count equally. Values are at the vertices (degree 1) or all nodes (degree 2, required for third
 /// derivatives). Derivatives are computed within each material. On curved meshes and with materials, element models
 /// include the effect of curves; otherwise models are at vertices. `specified` metrics, one per vertex, and prescribed
 /// sizes are not scaled.

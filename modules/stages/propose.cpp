@@ -62,7 +62,7 @@ bool is_prescribed(const LinearMesh<D>& mesh, const Boundary<D>& boundary, std::
 template <int D>
 bool is_on_geometry(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary, std::span<const FacetId> facets,
                     std::size_t e) {
-    constexpr double near = 1e-6;  // share of the chord
+    constexpr double near = 1e-6;  // distance that counts as none, as share of the chord
     const auto& [a, b] = mesh.edges.vertices[e];
     const double chord = distance(mesh.linear.points[a], mesh.linear.points[b]);
     const auto sites = facet_sites<D>(mesh.linear, facets);
@@ -125,7 +125,7 @@ Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input
         if (!limited_by_loss) return fail(limited_by_loss.error());
         input.loss_limited += *limited_by_loss;
     }
-    // Shifts must not degrade elements. Volume nodes follow later.
+    // Shifts of boundary nodes must not degrade elements, although volume nodes will follow them later.
     auto limited_count = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, slide_bound(options), slides,
                                               part_of(execution, 0.82, 1));
     if (!limited_count) return fail(limited_count.error());
@@ -309,13 +309,13 @@ Outcome<CurvingField<D>> curved_field(const QuadraticMesh<D>& mesh, const CurveI
         make_curved_back_mesh(std::move(bent), *around, std::move(metrics->curved), part_of(execution, 0.64, 1),
                               aim == CurvingAim::accuracy ? StoredGradients::sampled : StoredGradients::recovered);
     if (!back) return fail(back.error());
-    // Searches start at the nodes of the back mesh. Offsets for accuracy are added to these nodes, which also follow
-    // boundaries with small sagitta; this matters for smooth functions.
+    // With the aim `accuracy`, computed offsets are added to the extended nodes and not to those of the back mesh. The
+    // extended nodes also follow boundaries with small sagitta, which matters for smooth functions.
     if (aim == CurvingAim::accuracy) nodes = input.extended;
     return CurvingField<D>{std::move(*back), std::move(metrics->straight), std::move(nodes)};
 }
 
-/// Uses the straight mesh if the input has no extension.
+/// Builds the metric field. It uses the straight mesh if the input has no extension.
 template <int D>
 Outcome<CurvingField<D>> make_curving_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                             const MetricSource<D>& metric, CurvingAim aim, const Execution& execution) {

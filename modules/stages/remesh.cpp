@@ -210,7 +210,8 @@ template <int D>
 Outcome<WithinBounds<D>> refine_within(RemeshResult<D> adapted, const AdaptationGoal<D>& goal,
                                        std::span<const DistanceBound> bounds, const ToMetricOptions& options,
                                        BoundaryEffort effort, const StepWrapper& around) {
-    // Passes check few points of a facet; the margin keeps all measured points within bounds.
+    // Passes check only a few points of a facet. The bounds are therefore scaled by `margin`, so that all points
+    // measured later are within the original bounds.
     constexpr int max_rounds = 4;
     constexpr double little_more = 1.5, margin = 0.92;
     AdaptationGoal<D> bounded = goal;

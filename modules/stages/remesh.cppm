@@ -62,7 +62,7 @@ template <int D>
 template <int D>
 struct WithinBounds {
     Adaptation<D> state;
-    ToMetricStatistics statistics;              ///< sums over all passes; `before`, `after`: of the input mesh
+    ToMetricStatistics statistics;  ///< sums over all passes; `before` and `after` are copied from the input `adapted`
     std::optional<ReachedDistance<D>> reached;  ///< none if no facet was far and the effort was near_metric
 };
 /// Measures the boundary (step "distances") and refines it (steps of remesh_to_metric) until every facet is within its

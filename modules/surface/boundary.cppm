@@ -348,7 +348,7 @@ template <int D>
 struct EntityDistances {
     GeometryEntity entity;
     std::size_t pieces = 0;             ///< number of facets, or of edges of a curve
-    std::vector<Reference> references;  ///< ascending references of these facets, or of facets beside the curve
+    std::vector<Reference> references;  ///< references of the facets (for a curve: of the facets beside it), ascending
     double measure = 0;                 ///< area or length of the straight pieces
     bool is_flat = false;               ///< all facets of the entity are in one plane (edges of a curve: on one line)
     DirectedDistance<D> to_geometry, to_boundary;

@@ -173,8 +173,8 @@ Buffer<VertexId> corners_of_curves(const LinearMesh<3>& mesh, const EdgeSet<3>& 
     for (std::size_t i = 0; i + 1 < at.size(); ++i) {
         const auto& [v, one, of_straight] = at[i];
         const auto& [w, other, beside_straight] = at[i + 1];
-        if (v != w) continue;  // successive entries of one vertex are compared; a vertex of more than two curve edges
-                               // is a corner anyway
+        // Successive entries of one vertex are compared; a vertex of more than two curve edges is a corner anyway.
+        if (v != w) continue;
         const double lengths = norm(one) * norm(other);
         const bool turns = -dot(one, other) < cosine * lengths;
         if (turns || ((of_straight || beside_straight) && norm(cross(one, other)) > rounding * lengths))

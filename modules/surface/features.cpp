@@ -213,10 +213,10 @@ std::array<Vec<3>, 2> directions_at(const LinearMesh<3>& mesh, FacetId f, std::s
             normalised(near_one(mesh.points[v[(i + 2) % 3]] - mesh.points[v[i]]))};
 }
 
-/// Finds tips of cones among vertices without ridges. Let m be the integral of the unit directions into the triangles
-/// at a vertex, over the triangles' angles there. A triangle with unit edge vectors a and b and the angle θ between
-/// them contributes (a + b) tan(θ/2). In a plane m is 0; at a tip it is along the axis, for any facet orientation. At a
-/// tip, d · m > `limit` |m| for the direction d of each edge. `limit`: sine of the ridge angle.
+/// Finds tips of cones among vertices without ridges. At each vertex, let m be the integral of the unit directions that
+/// point from the vertex into its triangles. A triangle with unit edge vectors a and b and the angle θ between them
+/// contributes (a + b) tan(θ/2). In a plane m is 0; at a tip it is along the axis, for any facet orientation. At a tip,
+/// d · m > `limit` |m| for the direction d of each edge. `limit`: sine of the ridge angle.
 std::vector<std::uint8_t> find_tips(const LinearMesh<3>& mesh, const std::vector<CurveEdges>& around, double limit) {
     std::vector<Vec<3>> means(mesh.points.size());
     const auto each_corner = [&](auto&& use) {

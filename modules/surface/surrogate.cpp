@@ -224,8 +224,8 @@ Vec<3> fitted_centre(const SurrogateParts& parts, FacetId f, const CubicSimplex<
 }
 
 /// Middle control point of a triangle with one pointed corner, where polynomial fits fail. The centroid is placed two
-/// thirds of the way from this corner to the middle of the opposite edge. To this the mean offset from the chord of the
-/// two edges at the corner is added, at two thirds of their lengths.
+/// thirds of the way from this corner to the middle of the opposite edge, plus an offset. The offset is the mean
+/// distance vector of the two edges at the corner from their chords, at two thirds of their lengths.
 Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
     const auto at = [&](double of_tip, double of_next, double of_last) {
         Barycentric<2> xi{};

@@ -8,7 +8,7 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-// Eigen's default, the macro alloca, is lost where the standard headers are one module.
+// Eigen's default is the macro alloca, which is not defined if the standard headers are imported as a module.
 #define EIGEN_ALLOCA __builtin_alloca
 #include <Eigen/Dense>
 module camber.transfer;
@@ -72,8 +72,9 @@ Outcome<std::vector<std::vector<MaterialIntegrals>>> total_integrals(
 
 namespace {
 
-/// Matrix C M⁻¹ Cᵀ: the change of each integral for unit multipliers. It may be singular: integrals over elements
-/// without free nodes cannot change, and interface nodes couple two integrals.
+/// Matrix C M⁻¹ Cᵀ: the change of each integral for unit multipliers λ. C has the integrals of the basis functions by
+/// group; M is the mass matrix. The matrix may be singular: integrals over elements without free nodes cannot change,
+/// and interface nodes couple two integrals.
 class Reach {
   public:
     Reach() = default;
@@ -91,7 +92,7 @@ class Reach {
     [[nodiscard]] const Eigen::MatrixXd& square() const { return square_; }
     [[nodiscard]] bool is_whole() const { return is_whole_; }
     [[nodiscard]] Eigen::VectorXd multipliers(const Eigen::VectorXd& gap) const { return inverse_ * gap; }
-    /// Part of `gap` that no change of the field reaches; exactly 0 within rounding.
+    /// Part of `gap` that no change of the field can correct; parts within rounding error count as 0.
     [[nodiscard]] Eigen::VectorXd rest(const Eigen::VectorXd& gap) const {
         constexpr double rounding = 1e-8;
         Eigen::VectorXd rest = Eigen::VectorXd::Zero(gap.size());
@@ -126,7 +127,7 @@ class Changes {
     }
 
     /// Computes M⁻¹ Cᵀ and the matrices `Reach` of each patch and of the materials. Column k serves the k-th groups of
-    /// all patches, which are disjoint.
+    /// all patches; these groups are disjoint.
     [[nodiscard]] Outcome<Done> make(const Execution& execution) {
         std::size_t most = 0;
         std::vector<Eigen::MatrixXd> squares;

@@ -172,7 +172,8 @@ bool Nearby<D>::is_inside(const Tried& here, const Vec<D>& p, Barycentric<D>& xi
     return false;
 }
 
-/// Neighbour across the face with the lowest barycentric coordinate of p, by the linear map at the centre.
+/// Returns the neighbour across the face for which p has the lowest barycentric coordinate, by the linear map at the
+/// centre.
 template <int D>
 std::uint32_t Nearby<D>::next_towards(const Tried& here, const Vec<D>& p) const {
     const Vec<D> step = here.inverse * (p - here.map.origin - here.centre);

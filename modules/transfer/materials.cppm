@@ -167,8 +167,8 @@ struct Sum {
     [[nodiscard]] double value() const { return total + rest; }
 };
 
-/// Returns sums by group. `terms(slot, out)` writes the `columns` numbers of a slot. Terms are computed in parallel,
-/// but added in slot order. Slots of `no_group` are skipped.
+/// Adds numbers by group; `no_group` marks slots (elements of a list) that are skipped. `terms(slot, out)` writes the
+/// `columns` numbers of a slot. It runs in parallel, but its numbers are added in slot order.
 inline constexpr std::uint32_t no_group = 0xffffffffU;
 template <class Terms>
 [[nodiscard]] Outcome<std::vector<Sum>> sums_by_group(std::span<const std::uint32_t> group_of, std::size_t groups,
@@ -191,15 +191,15 @@ template <class Terms>
     return sums;
 }
 
-/// Bitwise equal nodes and elements of two meshes. Nodes have the numbers of degree 2.
+/// Bitwise equal nodes and elements of two meshes. Nodes are numbered as in fields of degree 2: vertices, then edges.
 struct CommonParts {
     Buffer<std::uint32_t> old_node;     ///< for each new node: the old node at its position, or `none`
     Buffer<std::uint32_t> old_element;  ///< for each new element: the old one with equal nodes and material, or `none`
     Buffer<std::uint8_t> is_preserved;  ///< for each old element: true if a new element equals it
 };
 
-/// If several old nodes are at a position (a crack), a new node there gets the node of an unchanged element, else the
-/// first. Errors: memory, stopped.
+/// Finds the common nodes and elements. If several old nodes are at a position (a crack), a new node there gets the
+/// node of an unchanged element, or else the first node. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<CommonParts> find_common(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
                                                const Materials<D>& materials, const Execution& execution);
@@ -216,7 +216,8 @@ template <int D>
     const QuadraticMesh<D>& old_mesh, std::span<const TransferField> old_fields, const QuadraticMesh<D>& new_mesh,
     std::span<const TransferField> new_fields, const Materials<D>& materials, const Execution& execution);
 
-/// ∫ φ_α |det J| over each element. It is exact where det J > 0 (polynomial of degree D + 2 at most).
+/// Integrals ∫ φ_α |det J| of the Lagrange functions φ_α over each element. They are exact where det J > 0 (polynomial
+/// of degree D + 2 at most).
 template <int D, int K>
 class Weights {
   public:

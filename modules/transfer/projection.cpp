@@ -9,7 +9,7 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-// Eigen's default, the macro alloca, is lost where the standard headers are one module.
+// Eigen's default is the macro alloca, which is not defined if the standard headers are imported as a module.
 #define EIGEN_ALLOCA __builtin_alloca
 #include <Eigen/Dense>
 module camber.transfer;

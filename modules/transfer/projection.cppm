@@ -140,7 +140,7 @@ class PatchSearch {
         std::vector<Group> groups;
         std::vector<std::uint32_t> group_of_new, group_of_old;  ///< group of each slot; `no_group` if the patch has no
                                                                 ///< new element of the material
-        std::vector<std::uint32_t> first_group;                 ///< for each patch, and the total
+        std::vector<std::uint32_t> first_group;  ///< first group of each patch; the last entry is the number of groups
     };
     [[nodiscard]] Patches patches(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
                                   const Materials<D>& materials);

@@ -37,7 +37,8 @@ enum class TransferMethod : std::uint8_t {
 /// Limits of projected values.
 enum class TransferBounds : std::uint8_t {
     none,   ///< no limits: projected values over- and undershoot at jumps
-    local,  ///< range of values in the old elements around; integrals are preserved within it
+    local,  ///< range of the old values in the old elements around a node; integrals are preserved as far as this
+            ///< permits
 };
 [[nodiscard]] constexpr auto words(TransferBounds) {
     return words_of(Word{TransferBounds::none, "none"}, Word{TransferBounds::local, "local"});
@@ -67,8 +68,8 @@ struct TransferOptions {
 };
 
 struct MaterialIntegrals {
-    /// None: all elements if materials are not distinguished, else all elements whose reference is missing in the other
-    /// mesh.
+    /// Element reference of the material. No value: all elements if materials are not distinguished, else all elements
+    /// whose reference is missing in the other mesh.
     std::optional<Reference> reference;
     std::vector<double> before, after;
 };
@@ -76,9 +77,9 @@ struct MaterialIntegrals {
 struct TransferStatistics {
     std::size_t preserved = 0;         ///< nodes bitwise at an old node, with its exact value
     std::size_t interpolated = 0;      ///< nodes inside an old element (of their material)
-    std::size_t outside = 0;           ///< nodes outside, with the value at the nearest boundary point
+    std::size_t outside = 0;           ///< nodes outside the old mesh, with the value at the nearest boundary point
     std::size_t lost = 0;              ///< nodes counted in `outside` that are not proven to be outside
-    double largest_distance = 0;       ///< from an outside node to its boundary point (model units)
+    double largest_distance = 0;       ///< largest distance of an outside node from its boundary point (model units)
     std::size_t projected = 0;         ///< nodes changed by the projection; they are also counted above
     std::size_t changed_elements = 0;  ///< new elements that the old mesh does not have
     std::size_t patches = 0;           ///< connected sets of changed elements

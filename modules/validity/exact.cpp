@@ -54,7 +54,6 @@ ExactJacobian<D> half(ExactJacobian<D> part, int edge, int side) {
     return part;
 }
 
-/// Local edge with the largest second difference. If all differences vanish, det J is affine.
 template <int D>
 int most_bent_edge(const ExactJacobian<D>& part) {
     int most = 0;
@@ -86,8 +85,8 @@ struct SearchLimits {
     int depth, parts;
 };
 
-/// Searches depth first, the half with the lower corner first. `bad(part)` receives the part that ends the search.
-/// Undecided if a limit was reached.
+/// Searches parts depth first; the half with the lower corner value is next. `bad(part)` receives the part that ends
+/// the search. Undecided if a limit was reached.
 template <int D, class Look, class Bad>
 Verdict search(ExactJacobian<D> whole, const SearchLimits& limits, Look&& look, Bad&& bad) {
     std::vector<ExactJacobian<D>> stack;
@@ -418,7 +417,8 @@ int common_exponent(const SurfaceTriangle& t) {
     return lowest;
 }
 
-/// All axes have one power of two, because products are summed over the axes.
+/// Returns the node coordinates as integers times a power of two. All axes have the same power, because products are
+/// summed over the axes.
 std::array<std::array<Integer, 3>, quadratic_nodes<2>> integers_of(const SurfaceTriangle& t) {
     const int lowest = common_exponent(t);
     std::array<std::array<Integer, 3>, quadratic_nodes<2>> out;
@@ -430,10 +430,9 @@ std::array<std::array<Integer, 3>, quadratic_nodes<2>> integers_of(const Surface
     return out;
 }
 
-/// N · N_straight and bound · |N_straight|² in one unit.
 ExactJacobian<2> exact_jacobian(const SurfaceTriangle& triangle, double bound) {
     const auto n = integers_of(triangle);
-    SurfaceColumns<Integer> d;  // doubled
+    SurfaceColumns<Integer> d;  // the columns, multiplied by 2
     std::array<std::array<Integer, 3>, 2> edges;
     for (int a = 1; a <= 2; ++a)
         for (int c = 0; c < 3; ++c) {
@@ -517,7 +516,6 @@ class FailureSearch {
     FailureSearch(ExactJacobian<D> requested, ExactJacobian<D> full, int exponent)
         : requested_(std::move(requested)), full_(std::move(full)), exponent_(exponent) {}
 
-    /// Returns a point near `place` with few digits and nearly the same value.
     [[nodiscard]] std::optional<Failure<D>> near(const Barycentric<D>& place) const {
         const Weights<D> exactly = whole_weights<D>(place);
         if (!fails_at<D>(requested_, exactly)) return {};

@@ -22,18 +22,18 @@ struct DoubleDouble {
     constexpr DoubleDouble(double x) : high(x) {}  // NOLINT(*-explicit-*): doubles are such numbers
     constexpr DoubleDouble(double h, double l) : high(h), low(l) {}
 
-    /// a + b, exactly (Knuth).
+    /// Returns a + b exactly (Knuth).
     [[nodiscard]] static constexpr DoubleDouble sum(double a, double b) {
         const double s = a + b;
         const double t = s - a;
         return {s, (a - (s - t)) + (b - t)};
     }
-    /// a + b, exactly, for |a| ≥ |b|.
+    /// Returns a + b exactly, for |a| ≥ |b|.
     [[nodiscard]] static constexpr DoubleDouble quick_sum(double a, double b) {
         const double s = a + b;
         return {s, b - (s - a)};
     }
-    /// a · b, exactly except for underflow (Veltkamp, Dekker).
+    /// Returns a · b, exactly except for underflow (Veltkamp, Dekker).
     [[nodiscard]] static constexpr DoubleDouble product(double a, double b) {
         const DoubleDouble x = halves(a);
         const DoubleDouble y = halves(b);
@@ -68,14 +68,14 @@ struct DoubleDouble {
     }
 };
 
-/// Number of coefficients of det J, which has degree D: one for each column.
+/// Number of coefficients of det J. Its degree is D, because each of its D columns is linear.
 template <int D>
 inline constexpr int jacobian_coefficients = node_count<D, D>;
 
 template <int D>
 inline constexpr const auto& jacobian_indices = multi_indices<D, D>;
 
-/// Positions of the vertex coefficients, which are values of det J.
+/// Indices of the coefficients at the vertices, which are values of det J.
 template <int D>
 inline constexpr std::array<int, D + 1> corner_coefficients = [] {
     std::array<int, D + 1> corners{};
@@ -200,8 +200,9 @@ inline constexpr double rounding_factor = 0x1p-48;
 template <>
 inline constexpr double rounding_factor<DoubleDouble> = 0x1p-90;
 
-/// Added to every w, so that γ w exceeds the underflow of an entry of d, which other columns multiply. Underflow occurs
-/// where half an edge between denormal numbers is computed; for `DoubleDouble`, in the low part of any product.
+/// Added to every column bound w, so that γ w exceeds the underflow of an entry of d, which other columns multiply.
+/// Underflow occurs where half an edge between denormal numbers is computed; for `DoubleDouble`, in the low part of any
+/// product.
 template <class Real>
 inline constexpr double smallest_bound = 0x1p-1020;
 template <>
@@ -246,7 +247,7 @@ template <int D, class Real>
 
 export namespace camber {
 
-/// `Real` may be a pack of doubles.
+/// Bézier coefficients of det J, det of the straight element, and an error bound. `Real` may be a pack of doubles.
 template <int D, class Real = double>
 struct BoundedJacobian {
     std::array<Real, jacobian_coefficients<D>> coefficients{};
@@ -272,7 +273,7 @@ template <int D>
     return s;
 }
 
-/// The result has rounding errors; certificates refer to the nodes.
+/// Returns the Bézier form, with rounding errors. Certificates refer to the nodes.
 template <int D>
 [[nodiscard]] inline QuadraticSimplex<D, D> bezier_form(const NodalSimplex<D>& s) {
     QuadraticSimplex<D, D> q;
@@ -369,14 +370,14 @@ template <int D>
     return jacobian_of_nodes<D, double>([&](int node, int c) { return s.nodes[node].c[c]; });
 }
 
-/// Uses the Bézier points, taken as exact.
+/// Computes the coefficients from the Bézier points, which are taken as exact.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> bounded_jacobian(const QuadraticSimplex<D, D>& s) {
     return jacobian_of_points<D, double>([&](int node, int c) { return s.control[node].c[c]; });
 }
 
-/// Uses double-double arithmetic, rounded at the end: the error is relative to the coefficients, not to their summands.
-/// About twenty times slower; for elements that doubles leave undecided.
+/// Computes the coefficients in double-double arithmetic and rounds them. Their error is relative to the coefficients,
+/// not to their summands. About twenty times slower than doubles; for elements that doubles leave undecided.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> double_double_jacobian(const NodalSimplex<D>& s) {
     return rounded<D>(
@@ -395,7 +396,7 @@ template <int D>
     return bounded_jacobian(element).coefficients;
 }
 
-/// gradient · x + offset.
+/// The function gradient · x + offset.
 template <int M>
 struct AffineFunction {
     Vec<M> gradient;
@@ -555,7 +556,8 @@ struct JacobianSummary {
     return low;
 }
 
-/// The results are bitwise equal to those of `bounded_jacobian` for any instruction set.
+/// Computes summaries of the coefficients of eight elements, bitwise equal to the results of `bounded_jacobian` for any
+/// instruction set.
 template <int D>
 [[nodiscard]] std::array<JacobianSummary, pack_size> jacobian_summaries(const NodalPack<D>& elements,
                                                                         Instructions set = widest_instructions());

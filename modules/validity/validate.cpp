@@ -36,7 +36,6 @@ struct Counts {
     }
 };
 
-/// The smallest value and its element; the first of equal values.
 struct Smallest {
     double value = infinity;
     ElementId element;
@@ -83,7 +82,7 @@ struct Marks {
     Buffer<float> lower_bounds;
 };
 
-/// True if the straight element is flat or inverted.
+/// Returns true if the straight element is flat or inverted.
 template <class Items>
 bool mark(const Items& items, const JacobianSummary& jacobian, double bound, ElementId e, Marks& marks) {
     if (is_clear(jacobian, bound)) {
@@ -97,7 +96,6 @@ bool mark(const Items& items, const JacobianSummary& jacobian, double bound, Ele
     return validity.straight_inverted;
 }
 
-/// Returns the number of flat or inverted straight elements.
 template <class Items, class Ids>
 Outcome<std::size_t> mark_all(const Items& items, std::size_t n, const Ids& id, double bound, Marks& marks,
                               const Execution& execution) {
@@ -238,8 +236,6 @@ MeshMaps identities(const QuadraticMesh<D>& mesh) {
             IdMap<ElementId>::identity(mesh.linear.elements.size()),
             IdMap<FacetId>::identity(mesh.linear.facets.size())};
 }
-
-/// Precondition: an element without certified det J > 0 exists.
 
 }  // namespace
 

@@ -61,7 +61,7 @@ struct Validation {
     ElementId worst;      ///< element with the value `smallest`, if any
 
     [[nodiscard]] std::size_t not_valid() const { return invalid + undecided; }
-    [[nodiscard]] bool all_valid() const { return not_valid() == 0; }      ///< for the bound
+    [[nodiscard]] bool all_valid() const { return not_valid() == 0; }  ///< true if all elements are valid for the bound
     [[nodiscard]] bool certified() const { return not_positive.empty(); }  ///< det J > 0 everywhere
     friend bool operator==(const Validation&, const Validation&) = default;
 };
@@ -117,7 +117,7 @@ template <int D>
     return nodal_form<D>(mesh.linear.points, mid_nodes, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e]);
 }
 
-/// The entity maps are identities, because the topology is unchanged.
+/// A committed mesh. Its entity maps are identities, because the topology is unchanged.
 template <int D>
 struct Committed {
     QuadraticMesh<D> mesh;

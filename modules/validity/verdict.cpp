@@ -173,7 +173,7 @@ double scaled_down(const Jacobian& jacobian, double low, double blur) {
     return ratio - std::abs(ratio) * 0x1p-50;
 }
 
-/// Lower bound of at least half of the minimum; 0 if rounding hides the minimum.
+/// Returns a lower bound that is at least half of the minimum, or 0 if rounding hides the minimum.
 template <int D>
 double positive_bound(const BoundedJacobian<D>& jacobian) {
     const auto low = smallest_value(jacobian, 0.5, 0);
@@ -257,7 +257,7 @@ ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound) 
     } else {
         const auto low = smallest_value(jacobian, 0.5 * scaled_jacobian_tolerance, std::abs(jacobian.straight));
         validity.min_scaled_jacobian = scaled_down(jacobian, low.value, rounding_error_of(jacobian).after(low.depth));
-        // Near the bound, the verdict proves more than the computed value.
+        // If the minimum is near the bound, the verdict proves more than the computed value does.
         if (validity.verdict == Verdict::valid)
             validity.min_scaled_jacobian = std::max(validity.min_scaled_jacobian, bound);
         if (!(validity.min_scaled_jacobian > 0) &&
@@ -295,7 +295,6 @@ ElementValidity check_by_levels(const Element& element, bool element_is_finite, 
     return validity;
 }
 
-/// Also determines the sign of a minimum below the bound, if it is certain.
 template <int D, class Element>
 ElementValidity check(const Element& element, bool element_is_finite, double bound) {
     ElementValidity validity = check_by_levels<D>(element, element_is_finite, bound);
@@ -312,7 +311,7 @@ ElementValidity check(const Element& element, bool element_is_finite, double bou
 
 template <int D>
 Verdict decide(const NodalSimplex<D>& element, double bound) {
-    // The filter alone is sufficient for most of the very many calls.
+    // Most of the very many calls are decided by the filter alone.
     const Verdict first = decide_by_coefficients(bounded_jacobian(element), bound);
     return first != Verdict::undecided ? first : certify(element, bound).verdict;
 }

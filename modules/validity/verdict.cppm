@@ -54,7 +54,7 @@ inline constexpr auto bisections = [] {
 
 namespace camber {
 
-/// Positions of γ + 2e_i, γ + e_i + e_j, γ + 2e_j for each edge i–j and γ of degree D − 2.
+/// For each edge i–j and each multi-index γ of degree D − 2: the positions of γ + 2e_i, γ + e_i + e_j and γ + 2e_j.
 template <int D>
 inline constexpr auto second_differences = [] {
     constexpr int rows = node_count<D - 2, D>;
@@ -165,7 +165,7 @@ template <int D>
 template <int D>
 [[nodiscard]] std::optional<Barycentric<D>> witness(const BoundedJacobian<D>& jacobian, double bound);
 
-/// `bound` refers to det J / |det straight|; negative values count as 0.
+/// Judges an element. `bound` refers to det J / |det straight|; negative values count as 0.
 template <int D>
 [[nodiscard]] ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound);
 template <int D>
@@ -267,7 +267,7 @@ struct SurfaceTriangle {
 [[nodiscard]] BoundedJacobian<2> bounded_jacobian(const SurfaceTriangle& triangle);
 [[nodiscard]] BoundedJacobian<2> double_double_jacobian(const SurfaceTriangle& triangle);
 
-/// Uses all levels and always decides.
+/// Judges a triangle with all levels, and always decides.
 [[nodiscard]] Certificate<2> certify(const SurfaceTriangle& triangle, double bound);
 [[nodiscard]] Certificate<2> certify_exactly(const SurfaceTriangle& triangle, double bound);
 [[nodiscard]] std::optional<Failure<2>> find_failure(const SurfaceTriangle& triangle, double bound,

@@ -253,7 +253,7 @@ class WrongArguments(unittest.TestCase):
         def check(calls):
             for texts, text in (
                     ((None,), "word[0]: is NULL"), ((b"curve", None), "word[1]: is NULL"), ((b"",), "word[0]: "),
-                    ((b"info",), "word[0]: \"info\" is no verb"), ((b"--help",), "word[0]: "), ((b"\xff",), "word[0]: "),
+                    ((b"info",), "word[0]: \"info\" is not a verb"), ((b"--help",), "word[0]: "), ((b"\xff",), "word[0]: "),
                     ((b"curve", b"-o", b"x.mesh"), "word[1]: "), ((b"curve", b"--output=x.mesh"), "word[1]: "),
                     ((b"check", b"--metric=x.sol"), "word[1]: "), ((b"check", b"--page=x.html"), "word[1]: ")):
                 self.refused(calls, "camber_run", [text], words=len(texts), word=words(*texts), options=None)

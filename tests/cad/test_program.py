@@ -470,7 +470,7 @@ class Program(unittest.TestCase):
             self.assertIn(message, done.stderr)
         check_rejected({"references": [7, 7]}, "/geometry/cad/references/1: reference 7 is named twice")
         check_rejected({"references": [7, 9]}, "no boundary triangle of the mesh has reference 9")
-        check_rejected({"references": [7], "analytic": [HOLE]}, "reference 7 has an analytic surface, too")
+        check_rejected({"references": [7], "analytic": [HOLE]}, "reference 7 also has an analytic surface")
         check_rejected({"analytic": [HOLE, HOLE]}, "/geometry/cad/analytic/1")
         check_rejected({"analytic": [HOLE | {"references": list(range(1, 8))}]}, "/geometry/cad/analytic/0", 3)
         check_rejected({"references": [5, 7], "unit": "m"}, "give that as the unit", 3)
@@ -513,7 +513,7 @@ class Program(unittest.TestCase):
             for cad in (json.loads(report.read_text())["boundary"]["cad"], json.loads(inspected.stdout)["cad"]):
                 self.assertEqual((cad["unit"], cad["unit_found"]), (unit, scale != 1))
                 self.assertLess(cad["largest_vertex_distance"], 1e-12)
-            row = "m, found by the boundary; the CAD file is in mm"
+            row = "m, detected from the boundary; the CAD file is in mm"
             self.assertEqual(row in done.stdout, scale != 1)
             # The requested unit is used even if another one fits.
             self.assertIn("give that as the unit" if scale != 1 else "",

@@ -134,7 +134,7 @@ class Field(unittest.TestCase):
             self.assertGreater(found["volume"]["curved"], n ** dim)
             text = self.check(mesh, FRONT, as_json=False).stdout
             self.assertIn("degree 2, same boundary, straight inner edges", text)
-            self.assertIn("cover another domain", text)
+            self.assertIn("covers another domain", text)
             self.assertIn("(no inner edge is curved)", self.check(inside, FRONT, as_json=False).stdout)
 
     def test_inverted_elements_of_the_comparison_mesh_are_reported(self):

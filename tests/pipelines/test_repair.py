@@ -310,7 +310,7 @@ class Repair(unittest.TestCase):
         self.write(cube(1), "straight.mesh")
         done = self.folder.camber("repair", "straight.mesh", "-o", "out.meshb")
         self.assertEqual(done.returncode, 3, done.stderr)
-        self.assertIn("straight.mesh: the mesh is of degree 1", done.stderr)
+        self.assertIn("straight.mesh: the mesh has degree 1", done.stderr)
         self.assertIn("camber curve", done.stderr)
         self.assertNotIn("out.meshb", self.folder.files())
 

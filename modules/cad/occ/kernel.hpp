@@ -13,11 +13,9 @@ namespace camber::occ {
 
 using Point = std::array<double, 3>;
 
-/// Surface point at (u, v) with derivatives.
 struct SurfaceJet {
     Point point, u, v, uu, uv, vv;
 };
-/// Curve point at t with derivatives.
 struct CurveJet {
     Point point, first, second;
 };
@@ -57,9 +55,9 @@ struct EdgeFacts {
 };
 
 struct Losses {
-    std::size_t faces = 0;        ///< faces that were not converted
-    std::size_t entities = 0;     ///< entities whose transfer failed
-    std::size_t open_shells = 0;  ///< open shells in solids
+    std::size_t faces = 0;
+    std::size_t entities = 0;
+    std::size_t open_shells = 0;
 };
 
 /// An immutable, thread-safe CAD model.
@@ -99,7 +97,6 @@ struct Opened {
 
 /// Opens a file. `millimetres`: length of the coordinate unit; 0: the file's unit.
 using Open = void(const char* path, Format format, double millimetres, Opened& opened);
-/// Restores a model from the bytes of `packed`.
 using Restore = void(const std::string& bytes, double millimetres, Opened& opened);
 
 }  // namespace camber::occ

@@ -22,17 +22,16 @@ namespace camber::occ {
 /// Contents of a CAD file; the shape is in millimetres.
 struct Read {
     TopoDS_Shape shape;
-    std::string unit;        ///< unit's name in the file; empty: none
-    double millimetres = 1;  ///< length of the file's unit
+    std::string unit;  ///< unit's name in the file; empty: none
+    double millimetres = 1;
     Losses losses;
-    std::string error_text;  ///< reason if reading failed
+    std::string error_text;
 };
 [[nodiscard]] Read read(const char* path, Format format);
 
 [[nodiscard]] std::string packed(const Read& read);
 [[nodiscard]] Read unpacked(const std::string& bytes);
 
-/// `millimetres`: length of the kernel's coordinate unit; 0: the file's unit.
 [[nodiscard]] std::unique_ptr<Kernel> kernel_of(Read read, double millimetres);
 
 }  // namespace camber::occ
