@@ -203,7 +203,8 @@ TEST_CASE("SU2 point rows may have an index and a third coordinate") {
     CHECK(raised->mesh == plain->mesh);
     REQUIRE(raised->notices.size() == 1);
     CHECK(raised->notices[0].what == "2 third coordinates were left out: NDIME is 2");
-    CHECK(message(replaced(square, "0 0 0\n", "0 0 0 0 0 0\n")).starts_with("in.su2: line 8: vertex 1: its row does not have 2 coordinates"));
+    CHECK(message(replaced(square, "0 0 0\n", "0 0 0 0 0 0\n"))
+              .starts_with("in.su2: line 8: vertex 1: its row does not have 2 coordinates"));
 }
 
 TEST_CASE("SU2 zones are joined or read one by one") {
